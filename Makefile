@@ -1,0 +1,45 @@
+# Each target sets up what it needs; `make` alone lists them.
+
+export OMP_NUM_THREADS = 1
+
+UV = sh scripts/uv.sh
+RUN = $(UV) run --no-sync
+READY = .venv/.ready
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint format bench clean
+
+help:
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-7s %s\n", $$1, $$2 }' Makefile
+
+setup: $(READY) ## install everything into .venv (needs Python 3.12 or later and a C compiler)
+
+$(READY): pyproject.toml uv.lock .python-version scripts/uv.sh
+	@$(UV) sync --locked
+	@touch $@
+
+demo: $(READY) ## run the contracting sheet of the paper, result in runs/sheet-2d
+	$(RUN) myostrain run sheet-2d --out runs/sheet-2d --force
+	@echo
+	@echo 'numbers:   runs/sheet-2d/results.json, under "metrics"'
+	@echo 'pictures:  runs/sheet-2d/figures/'
+	@echo 'ParaView:  runs/sheet-2d/fields.bp'
+
+test: $(READY) ## run the tests; options for pytest in ARGS, as in: make test ARGS="-k sheet"
+	$(RUN) pytest $(ARGS)
+
+lint: $(READY) ## check style, format and types; changes nothing
+	$(RUN) ruff check
+	$(RUN) ruff format --check
+	$(RUN) mypy
+
+format: $(READY) ## format the code and apply the safe fixes
+	$(RUN) ruff check --fix-only
+	$(RUN) ruff format
+
+bench: $(READY) ## time the sheet; options in ARGS
+	$(RUN) python benchmarks/sheet.py $(ARGS)
+
+clean: ## remove the environment, tools, caches and builds; keeps runs/
+	rm -rf .venv .tools build dist .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find src tests benchmarks examples docs -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true

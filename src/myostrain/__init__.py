@@ -1,0 +1,48 @@
+"""myostrain: cardiac electromechanics by active strain.
+
+The public names. What describes is frozen and validated, what solves owns its state, and one
+:class:`Simulation` runs the coupled problem::
+
+    import myostrain as ms
+
+    body = ms.build(ms.geometry.Ellipse(size=(130.0, 180.0)), ms.UniformFibres(direction=(1.0, -1.0)))
+"""
+
+from myostrain import activation, cells, geometry, kinematics, materials, theory
+from myostrain import engine as _engine  # first: it orders the imports of MPI and DOLFINx
+from myostrain.case import Case
+from myostrain.coupling import Electromechanics, Implicit, SecondOrder, Staggered
+from myostrain.errors import ComputationError, InputError, MyostrainError
+from myostrain.geometry import UniformFibres, build
+from myostrain.initial import Bump
+from myostrain.mechanics import ImposedStretch, Mechanics
+from myostrain.potential import Potential
+from myostrain.running import run_case
+from myostrain.simulation import Simulation
+
+__version__ = _engine.versions()["myostrain"]
+
+__all__ = [
+    "Bump",
+    "Case",
+    "ComputationError",
+    "Electromechanics",
+    "Implicit",
+    "ImposedStretch",
+    "InputError",
+    "Mechanics",
+    "MyostrainError",
+    "Potential",
+    "SecondOrder",
+    "Simulation",
+    "Staggered",
+    "UniformFibres",
+    "activation",
+    "build",
+    "cells",
+    "geometry",
+    "kinematics",
+    "materials",
+    "run_case",
+    "theory",
+]

@@ -1,0 +1,23 @@
+"""Active strain proportional to the potential."""
+
+from typing import Annotated, Any
+
+from myostrain.validation import description
+
+from pydantic import Field
+
+
+@description
+class Proportional:
+    """γ = −β v (3.4).
+
+    Args:
+        beta: Contraction β at v = 1, non-dimensional, 0 ≤ β < 1 (at β = 1, v = 1 the active deformation is
+            singular); the paper takes 0.3.
+    """
+
+    beta: Annotated[float, Field(ge=0, lt=1)] = 0.3
+
+    def gamma(self, v: Any) -> Any:
+        """Active strain for the potential v."""
+        return -self.beta * v

@@ -1,0 +1,221 @@
+"""The command line: thin, over the public functions."""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+from myostrain.errors import ComputationError, InputError
+
+import typer
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from myostrain.case import Case
+
+app = typer.Typer(
+    help="Cardiac electromechanics by active strain.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+screen = Console(soft_wrap=True, highlight=False, markup=False)
+
+#: Seconds between two lines of progress where there is no terminal.
+QUIET_INTERVAL = 5.0
+
+
+@app.command("list")
+def list_cases() -> None:
+    """List the named cases: what each shows, its size, the time it takes."""
+    import tomllib
+
+    from myostrain import cases
+
+    width = max(len(name) for name in cases.names())
+    for name in cases.names():
+        data = tomllib.loads(cases.path(name).read_text(encoding="utf-8"))
+        typer.echo(f"{name:{width}}  {data['title']} [{data['cost']}]")
+
+
+@app.command()
+def show(case: Annotated[str, typer.Argument(metavar="CASE", help="A named case.")]) -> None:
+    """Print a case's file, commented: copy it, edit it, run it."""
+    from myostrain import cases
+
+    typer.echo(cases.path(case).read_text(encoding="utf-8"), nl=False)
+
+
+@app.command()
+def run(
+    case: Annotated[str, typer.Argument(metavar="CASE|FILE.toml", help="A named case, or a case file.")],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change one key; values as in TOML."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
+    ] = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
+    ] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")
+    ] = False,
+) -> None:
+    """Run a case and write a result folder."""
+    from myostrain import cases
+    from myostrain.case import Case
+    from myostrain.engine import MPI
+    from myostrain.output.folder import free_name
+    from myostrain.running import run_case
+
+    comm = MPI.COMM_WORLD
+    file = Path(case) if case.endswith(".toml") or "/" in case else cases.path(case)
+    checked = Case.from_file(file, overrides or [])
+    folder = comm.bcast(out if out is not None else free_name(Path("runs") / checked.name), root=0)
+    with ProgressDisplay(comm.rank == 0, bar=not quiet) as display:
+        results = run_case(checked, folder, force=force, comm=comm, progress=display.start)
+    if comm.rank == 0:
+        _report(checked, results, folder)
+
+
+@app.command()
+def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")]) -> None:
+    """Draw the pictures of a result folder again."""
+    from myostrain.output.figures import draw
+
+    for path in draw(folder):
+        typer.echo(str(path))
+
+
+def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
+    screen.print(f"{case.title}")
+    numbers = {k: v for k, v in results["metrics"].items() if v is not None}
+    for name, value in numbers.items():
+        screen.print(f"  {name:22} {value:.5g}")
+    seconds = results["seconds"]
+    phases = ", ".join(
+        f"{phase} {seconds[phase]:.1f}" for phase in ("setup", "potential", "mechanics", "output")
+    )
+    screen.print(
+        f"{results['steps']} steps to t = {results['time']:g} on {results['cells']} cells "
+        f"in {seconds['total']:.1f} s ({phases})"
+    )
+    screen.print(f"numbers in {folder / 'results.json'}, pictures in {folder / 'figures'}")
+
+
+class ProgressDisplay:
+    """A progress bar on a terminal; elsewhere, or without a bar, a line every few seconds.
+
+    Args:
+        active: Whether to show anything (the first process does).
+        bar: Whether a bar is wanted.
+    """
+
+    def __init__(self, active: bool, *, bar: bool) -> None:
+        self._active = active
+        self._bar = None
+        if active and bar and errors.is_terminal:
+            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+            self._bar = Progress(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TextColumn("t = {task.fields[time]:.4g} of {task.fields[end]:g}"),
+                TextColumn("step {task.completed} of {task.total}"),
+                TimeRemainingColumn(),
+                console=errors,
+            )
+
+    def __enter__(self) -> ProgressDisplay:
+        """Show the bar."""
+        if self._bar is not None:
+            self._bar.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: object, trace: TracebackType | None) -> None:
+        """Leave the terminal as it was."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def start(self, name: str, steps: int, end: float) -> _Track:
+        """Begin to show a run of ``steps`` steps to the time ``end``."""
+        task = None if self._bar is None else self._bar.add_task(name, total=steps, time=0.0, end=end)
+        return _Track(self._bar, task, name, steps, end, lines=self._active and self._bar is None)
+
+
+class _Track:
+    def __init__(self, bar: Any, task: Any, name: str, steps: int, end: float, *, lines: bool) -> None:
+        self._bar, self._task, self._name, self._steps, self._end = bar, task, name, steps, end
+        self._lines = lines
+        self._begin = self._shown = time.monotonic()
+
+    def update(self, step: int, reached: float) -> None:
+        """Show that ``step`` steps are done, to the simulated time ``reached``."""
+        now = time.monotonic()
+        if self._bar is not None and (now - self._shown > 0.1 or step == self._steps):
+            self._bar.update(self._task, completed=step, time=reached)
+            self._shown = now
+        elif self._lines and now - self._shown > QUIET_INTERVAL:
+            left = (now - self._begin) * (self._steps - step) / step
+            done = f"t = {reached:.4g} of {self._end:g}, step {step} of {self._steps}"
+            errors.print(f"{self._name}: {done}, {left:.0f} s left")
+            self._shown = now
+
+
+def main() -> NoReturn:
+    """Run the command line: 0 done, 2 wrong input, 3 failed computation, 130 interrupted."""
+    try:
+        app(standalone_mode=False)
+        status = 0
+    except InputError as error:
+        status = _complain(str(error), 2)
+    except ComputationError as error:
+        status = _complain(f"the computation failed {error}", 3)
+    except typer.Exit as stop:
+        status = stop.exit_code
+    except KeyboardInterrupt:
+        status = _complain("interrupted; what was written so far stays readable", 130)
+    except Exception as error:  # noqa: BLE001
+        status = _usage(error)
+    _leave(status)
+
+
+def _usage(error: Exception) -> int:
+    if type(error).__name__ == "Abort":
+        return _complain("interrupted; what was written so far stays readable", 130)
+    if hasattr(error, "show"):  # an option or argument that does not exist
+        if _first_process():
+            error.show()
+        return 2
+    traceback.print_exc()
+    return 1
+
+
+def _complain(message: str, status: int) -> int:
+    if _first_process():
+        errors.print(f"myostrain: {message}")
+    return status
+
+
+def _first_process() -> bool:
+    engine = sys.modules.get("mpi4py.MPI")
+    return engine is None or engine.COMM_WORLD.rank == 0
+
+
+def _leave(status: int) -> NoReturn:
+    """Exit; when this process alone failed unexpectedly, take the others along so that none hangs."""
+    engine = sys.modules.get("mpi4py.MPI")
+    if status == 1 and engine is not None and engine.COMM_WORLD.size > 1:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        engine.COMM_WORLD.Abort(status)
+    sys.exit(status)

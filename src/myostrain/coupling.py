@@ -1,0 +1,247 @@
+"""Electromechanics: the order of the sub-steps, and what is handed over between potential and mechanics.
+
+Each scheme below is one page of that order; nothing else in myostrain knows both sides.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Protocol
+
+from myostrain.errors import ComputationError, InputError
+from myostrain.history import backward_difference, extrapolation_weights
+from myostrain.mechanics import Mechanics
+from myostrain.potential import Potential
+from myostrain.solvers import largest
+from myostrain.validation import Positive, description
+
+import numpy as np
+from pydantic import Field
+
+
+class Scheme(Protocol):
+    """One way to advance the coupled problem by a step."""
+
+    order: ClassVar[int]
+    """Order of the scheme in the time step, measured by a test."""
+
+    def advance(self, model: Electromechanics, start: float, end: float) -> None:
+        """Advance from time ``start`` to ``end``."""
+        ...
+
+
+class Electromechanics:
+    """The coupled problem.
+
+    Args:
+        potential: The potential on the deforming body.
+        mechanics: The deforming body; None for a rigid one.
+        scheme: How to advance; second order, mechanics every step, unless given.
+
+    Attributes:
+        time: Simulated time of the present state.
+        coupling_iterations: Fixed-point iterations done so far (the implicit scheme).
+
+    Raises:
+        InputError: The activation makes Fo singular, or the conservative balance ill-posed.
+    """
+
+    def __init__(
+        self, potential: Potential, mechanics: Mechanics | None = None, scheme: Scheme | None = None
+    ) -> None:
+        if mechanics is not None:
+            check_well_posed(potential, mechanics)
+        self.potential, self.mechanics = potential, mechanics
+        self.scheme: Scheme = scheme or SecondOrder()
+        self.time = 0.0
+        self.steps = 0
+        self.coupling_iterations = 0
+        self._times: list[float] = []
+
+    def start(self) -> None:
+        """Find the initial configuration for the present potential, at time 0."""
+        self.time, self.steps, self._times = 0.0, 0, [0.0]
+        if self.mechanics is not None:
+            self._give_potential()
+            self.mechanics.start(0.0)
+        self.potential.start()
+
+    def step(self, end: float) -> None:
+        """Advance to the time ``end``.
+
+        Raises:
+            ComputationError: A solver failed.
+        """
+        was_held = self.mechanics is not None and self.mechanics.held(self.time)
+        self.scheme.advance(self, self.time, end)
+        self.time = end
+        self.steps += 1
+        self._times = [end, *self._times[: self.scheme.order - 1]]
+        if was_held and self.mechanics is not None and not self.mechanics.held(end):
+            self._release()
+
+    # What schemes are made of.
+
+    def weights(self, end: float, order: int) -> np.ndarray:
+        """Backward-difference weights of the value at ``end`` and the past ones, newest first."""
+        return backward_difference([end, *self._times[:order]])
+
+    def extrapolated_potential(self, end: float, order: int) -> np.ndarray:
+        """The potential at ``end`` by a polynomial through its last ``order`` values (nodal, local)."""
+        return self.potential.extrapolate(extrapolation_weights(self._times[:order], end))
+
+    def _give_potential(self) -> None:
+        assert self.mechanics is not None
+        self.mechanics.v.x.array[:] = self.potential.v.x.array
+
+    def _release(self, tolerance: float = 1e-10, most: int = 200) -> None:
+        """The imposed stretch ends now: the body springs to equilibrium, J v and J w are conserved."""
+        assert self.mechanics is not None
+        mechanics, potential = self.mechanics, self.potential
+        mechanics.release()
+        self._times = self._times[:1]
+        potential.forget()
+        if mechanics.relaxation_time > 0:  # a viscous body does not jump
+            mechanics.accept(self.time)
+            return
+        for _ in range(most):
+            self._give_potential()
+            mechanics.solve(self.time, predict=False)
+            mechanics.hand_over_present()
+            potential.update_deformation()
+            if potential.conserve() <= tolerance:
+                break
+        else:
+            raise ComputationError(
+                "no equilibrium conserves J v when the imposed stretch ends (on a line: for 4 β v x′ > 1)",
+                time=self.time,
+                advice="a smaller stretch or potential.",
+            )
+        mechanics.accept(self.time)
+
+
+def check_well_posed(potential: Potential, mechanics: Mechanics) -> None:
+    """Refuse an activation that makes Fo singular, or the balance of the potential backward-parabolic.
+
+    Where J follows 1 + γ(v) at once, ∂((1 + γ) v)/∂t = (1 + γ + v γ′) ∂v/∂t, whose factor must be positive for v
+    between 0 and 1: for γ = −βv that is 2β < 1, stricter than the paper's αβ < 1/2.
+
+    Raises:
+        InputError: It does.
+    """
+    v = np.linspace(0.0, 1.0, 101)
+    try:
+        gamma = np.array([float(mechanics.law.gamma(value)) for value in v])
+    except (TypeError, ValueError):  # a law in UFL terms that floats do not fit
+        return
+    key = "activation.beta" if hasattr(mechanics.law, "beta") else "activation"
+    if not (1 + gamma > 0).all():
+        raise InputError(
+            f"the active deformation is singular: 1 + γ = {1 + gamma.min():.3g} for v in [0, 1]", key
+        )
+    follows = not potential.isochoric and not mechanics.relaxation_time > 0 and not mechanics.held(np.inf)
+    if (
+        potential.balance == "conservative"
+        and follows
+        and (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any()
+    ):
+        raise InputError(
+            "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v: γ = −βv needs β < 0.5; "
+            'take a smaller beta, potential.balance = "advective", or mechanics.relaxation_time > 0',
+            key,
+        )
+
+
+@description
+class Implicit:
+    """The paper's scheme (section 7): first-order implicit, the coupling by fixed-point iteration.
+
+    Each iteration solves mechanics for the potential's iterate, and then the potential, with its reaction
+    linearised about the iterate, on that body; until the potential changes by less than ``tolerance``.
+
+    Args:
+        tolerance: Largest change of v between iterations at which to stop.
+        max_iterations: Iterations a step may take.
+    """
+
+    tolerance: Positive = 1e-8
+    max_iterations: Annotated[int, Field(ge=1)] = 60
+    order: ClassVar[int] = 1
+
+    def advance(self, model: Electromechanics, start: float, end: float) -> None:
+        """One step, iterated to ``tolerance``."""
+        potential, mechanics = model.potential, model.mechanics
+        weights = model.weights(end, 1)
+        guess = potential.v.x.array.copy()
+        for iteration in range(self.max_iterations):
+            if mechanics is not None:
+                mechanics.v.x.array[:] = guess
+                mechanics.solve(end, predict=iteration == 0)
+                mechanics.hand_over_present()
+                potential.update_deformation()
+            potential.solve(end, guess, weights)
+            model.coupling_iterations += 1
+            change = largest(potential.v.x.array - guess, potential.body.comm)
+            guess[:] = potential.v.x.array
+            if change <= self.tolerance:
+                break
+        else:
+            raise ComputationError(
+                f"the fixed-point iteration of the coupling did not converge in {self.max_iterations} iterations "
+                f"(last change of v {change:.3g}, wanted {self.tolerance:.3g})",
+                advice="a smaller time step.",
+            )
+        potential.accept(keep=1)
+        if mechanics is not None:
+            mechanics.accept(end)
+
+
+@description
+class Staggered:
+    """First-order, one pass a step: the potential on the last known body, then mechanics every N steps.
+
+    Args:
+        every: Potential steps between solves of mechanics.
+    """
+
+    every: Annotated[int, Field(ge=1)] = 1
+    order: ClassVar[int] = 1
+
+    def advance(self, model: Electromechanics, start: float, end: float) -> None:
+        """One step."""
+        potential, mechanics = model.potential, model.mechanics
+        potential.solve(end, potential.v.x.array.copy(), model.weights(end, 1))
+        potential.accept(keep=1)
+        if mechanics is not None and (model.steps + 1) % self.every == 0:
+            mechanics.v.x.array[:] = potential.v.x.array
+            mechanics.solve(end)
+            mechanics.accept(end)
+            mechanics.hand_over(end)
+            potential.update_deformation()
+
+
+@description
+class SecondOrder:
+    """Second order, one pass a step: BDF2, reaction linearised about the extrapolated potential, extrapolated body.
+
+    The potential is solved on the body extrapolated from the last solves of mechanics, then mechanics every
+    N steps. The first step, and the one after a released stretch, are of first order, which costs no order.
+
+    Args:
+        every: Potential steps between solves of mechanics.
+    """
+
+    every: Annotated[int, Field(ge=1)] = 1
+    order: ClassVar[int] = 2
+
+    def advance(self, model: Electromechanics, start: float, end: float) -> None:
+        """One step."""
+        potential, mechanics = model.potential, model.mechanics
+        if mechanics is not None and not mechanics.held(start):
+            mechanics.hand_over(end, order=1)
+            potential.update_deformation()
+        potential.solve(end, model.extrapolated_potential(end, 2), model.weights(end, 2))
+        potential.accept(keep=2)
+        if mechanics is not None and (model.steps + 1) % self.every == 0:
+            mechanics.v.x.array[:] = potential.v.x.array
+            mechanics.solve(end, order=2)
+            mechanics.accept(end)

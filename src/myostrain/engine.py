@@ -1,0 +1,106 @@
+"""The one place where DOLFINx, PETSc and MPI are imported and their kernels' compiler is set up.
+
+The wheel ``dolfinx-solver-real`` must be imported before ``dolfinx`` (it orders the MPI library); a DOLFINx
+from conda, Debian or a container has no such module and is used as it is.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib.metadata
+import os
+import platform
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+with contextlib.suppress(ModuleNotFoundError):
+    import dolfinx_solver  # noqa: F401
+
+try:
+    import dolfinx
+except ModuleNotFoundError as missing:
+    raise ModuleNotFoundError(
+        "myostrain needs DOLFINx 0.11 with PETSc. Install it with `pip install 'myostrain[engine]'`, "
+        "or use a DOLFINx from conda-forge, Debian or a container in the same environment."
+    ) from missing
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+if not dolfinx.has_petsc4py:
+    raise ImportError("this DOLFINx was built without petsc4py, which myostrain needs for its solvers")
+if np.dtype(PETSc.ScalarType) != np.float64:
+    raise ImportError("myostrain needs a PETSc with real 64-bit numbers; this one has another scalar type")
+
+# Options that a solver has no use for are checked when it is made, not complained about at exit.
+PETSc.Options().setValue("options_left", False)
+
+__all__ = ["MPI", "PETSc", "compile_form", "cpu_key", "jit_options", "versions"]
+
+# As -ffast-math, but NaN and Inf keep their meaning (a diverging run must show) and linking sets no
+# process-wide flag.
+NATIVE_FLAGS = [
+    "-O3",
+    "-march=native",
+    "-g0",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fno-signed-zeros",
+    "-fassociative-math",
+    "-freciprocal-math",
+]
+
+
+@cache
+def cpu_key() -> str:
+    """A short key of this processor: kernels for one are not loaded on another that shares the home folder."""
+    description = platform.machine() + platform.processor()
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith(("flags", "Features", "model name")):
+                description += line
+            if not line.strip():
+                break
+    return hashlib.sha256(description.encode()).hexdigest()[:12]
+
+
+@cache
+def _jit_options() -> dict[str, Any]:
+    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return {
+        "cffi_extra_compile_args": NATIVE_FLAGS,
+        "cache_dir": str(root / "myostrain" / f"kernels-{cpu_key()}"),
+        # Another process may be compiling the same form; large ones take a while.
+        "timeout": 300,
+    }
+
+
+def jit_options() -> dict[str, Any]:
+    """Options of the kernel compiler (a fresh copy): native flags, and a cache folder of this processor."""
+    return dict(_jit_options())
+
+
+def compile_form(form: ufl.Form) -> fem.Form:
+    """Compile a UFL form with the machine's own flags (cached on disk)."""
+    return fem.form(form, jit_options=jit_options())
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes: myostrain, DOLFINx, PETSc, MPI, Python, NumPy."""
+    try:
+        own = importlib.metadata.version("myostrain")
+    except importlib.metadata.PackageNotFoundError:
+        own = "unknown"
+    return {
+        "myostrain": own,
+        "dolfinx": dolfinx.__version__,
+        "petsc": ".".join(str(n) for n in PETSc.Sys.getVersion()),
+        "mpi": MPI.Get_library_version().splitlines()[0].replace("\t", " ").strip(),
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }

@@ -1,0 +1,53 @@
+"""What can go wrong, in two kinds: the user's input, and the computation."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class MyostrainError(Exception):
+    """Base of every error that myostrain raises on purpose."""
+
+
+class InputError(MyostrainError, ValueError):
+    """A value that the user gave cannot be used (exit status 2 on the command line).
+
+    Args:
+        message: What is wrong, what is allowed, what to try.
+        key: The dotted key of a case file that the message is about, if there is one.
+    """
+
+    def __init__(self, message: str, key: str | None = None) -> None:
+        super().__init__(message if key is None else f"{key}: {message}")
+        self.key = key
+
+
+class ComputationError(MyostrainError, RuntimeError):
+    """The computation failed although the input was acceptable (exit status 3).
+
+    Args:
+        reason: What happened.
+        time: Simulated time at which it happened, if known.
+        advice: What to try.
+    """
+
+    def __init__(self, reason: str, *, time: float | None = None, advice: str | None = None) -> None:
+        when = "" if time is None else f"at t = {time:.6g}: "
+        then = "" if advice is None else f" Try: {advice}"
+        super().__init__(f"{when}{reason}{then}")
+        self.reason = reason
+        self.time = time
+        self.advice = advice
+
+    def at(self, time: float) -> ComputationError:
+        """The same failure, with the simulated time at which it happened."""
+        return type(self)(self.reason, time=time, advice=self.advice)
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """A half sentence that names what ``word`` may have been meant to be, or all that is known."""
+    names = sorted(known)
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
+    listed = f"known: {', '.join(names)}"
+    return f"did you mean '{close[0]}'? ({listed})" if close else listed

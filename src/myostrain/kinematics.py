@@ -1,0 +1,150 @@
+"""Kinematics: what a line, a plane-stress or a plane-strain sheet means in three dimensions.
+
+A kinematics object turns the gradient of the unknown displacement (1 × 1 or 2 × 2) into the deformation
+gradient F that the energy sees (1.1), says what det F is in the balance of the potential (2.8), and whether
+a pressure is unknown. Materials never see the dimension of the mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Protocol
+
+from myostrain.validation import description
+
+import ufl
+
+Constraint = Literal["total", "elastic"]
+"""What is isochoric: the body, J = 1 (3.8), or the elastic part, det Fe = 1 (Cherubini et al. 2008)."""
+
+
+class Kinematics(Protocol):
+    """What the mechanics asks of a kinematics."""
+
+    dim: ClassVar[int]
+    """Dimension of the mesh."""
+    tensor_dim: ClassVar[int]
+    """Dimension of the F that materials see: 1 (line) or 3."""
+    has_pressure: ClassVar[bool]
+    """Whether the constraint is enforced by an unknown pressure (P1)."""
+    degree: ClassVar[int]
+    """Polynomial degree of the displacement."""
+
+    def lift(self, F: Any, Jo: Any) -> Any:
+        """Deformation gradient that the energy sees, from the gradient on the mesh and Jo = det Fo."""
+        ...
+
+    def volume_ratio(self, F: Any, Jo: Any) -> Any:
+        """J = det F as the balance of the potential uses it (2.8); the float 1.0 where it is one by constraint."""
+        ...
+
+    def constraint_residual(self, F: Any, Jo: Any) -> Any:
+        """What the pressure drives to zero (only where ``has_pressure``)."""
+        ...
+
+
+@description
+class Line:
+    """One-dimensional continuum (section 4): F = J = x′, no transverse direction, no constraint.
+
+    The displacement is quadratic, so that x′ can follow 1 + γ at every point where v is linear (4.3).
+    """
+
+    dim: ClassVar[int] = 1
+    tensor_dim: ClassVar[int] = 1
+    has_pressure: ClassVar[bool] = False
+    degree: ClassVar[int] = 2
+
+    def lift(self, F: Any, Jo: Any) -> Any:
+        """F itself, 1 × 1."""
+        return F
+
+    def volume_ratio(self, F: Any, Jo: Any) -> Any:
+        """J = x′ (4.4)."""
+        return F[0, 0]
+
+    def constraint_residual(self, F: Any, Jo: Any) -> Any:
+        """A line has no constraint."""
+        raise NotImplementedError("a line has no constraint")
+
+
+def _target(constraint: Constraint, Jo: Any) -> Any:
+    return 1.0 if constraint == "total" else Jo
+
+
+def _plane(F: Any, stretch: Any) -> Any:
+    return ufl.as_tensor([[F[0, 0], F[0, 1], 0], [F[1, 0], F[1, 1], 0], [0, 0, stretch]])
+
+
+@description
+class PlaneStress:
+    """Incompressible sheet with free faces (section 7): λ₃ = J / det F₂ eliminates thickness and pressure.
+
+    "The vertical component of the strain plays the role of a diagnostic variable" (section 7).
+
+    Args:
+        constraint: "total": J = 1 (3.8); "elastic": det Fe = 1, so that J = Jo.
+    """
+
+    constraint: Constraint = "total"
+    dim: ClassVar[int] = 2
+    tensor_dim: ClassVar[int] = 3
+    has_pressure: ClassVar[bool] = False
+    degree: ClassVar[int] = 1
+
+    def lift(self, F: Any, Jo: Any) -> Any:
+        """F with the out-of-plane stretch that keeps the volume, 3 × 3."""
+        return _plane(F, _target(self.constraint, Jo) / ufl.det(F))
+
+    def volume_ratio(self, F: Any, Jo: Any) -> Any:
+        """J = 1, or Jo where the elastic part is isochoric."""
+        return _target(self.constraint, Jo)
+
+    def constraint_residual(self, F: Any, Jo: Any) -> Any:
+        """The constraint is eliminated."""
+        raise NotImplementedError("plane stress has no pressure unknown")
+
+
+@description
+class PlaneStrain:
+    """Incompressible sheet between rigid plates: λ₃ = 1, det F₂ = J by a pressure unknown (7.1).
+
+    Args:
+        constraint: "total": J = 1 (3.8); "elastic": det Fe = 1, so that J = Jo.
+    """
+
+    constraint: Constraint = "total"
+    dim: ClassVar[int] = 2
+    tensor_dim: ClassVar[int] = 3
+    has_pressure: ClassVar[bool] = True
+    degree: ClassVar[int] = 2
+
+    def lift(self, F: Any, Jo: Any) -> Any:
+        """F with unit out-of-plane stretch, 3 × 3."""
+        return _plane(F, 1)
+
+    def volume_ratio(self, F: Any, Jo: Any) -> Any:
+        """J = 1, or Jo where the elastic part is isochoric (exactly, not as the pressure enforces it)."""
+        return _target(self.constraint, Jo)
+
+    def constraint_residual(self, F: Any, Jo: Any) -> Any:
+        """det F₂ − J."""
+        return ufl.det(F) - _target(self.constraint, Jo)
+
+
+@dataclass(frozen=True)
+class Deformation:
+    """A deformation as the potential sees it: UFL expressions of fields that somebody else updates.
+
+    Args:
+        F: Gradient of the deformation on the mesh (dim × dim).
+        J: Volume ratio in three dimensions (2.8), or the float 1.0.
+    """
+
+    F: Any
+    J: Any = 1.0
+
+    @property
+    def isochoric(self) -> bool:
+        """Whether J is one by construction."""
+        return isinstance(self.J, float) and self.J == 1.0

@@ -1,0 +1,26 @@
+"""Passive materials: one energy a file.
+
+A material is a frozen dataclass with ``energy(Fe, f0)``: the stored energy W per volume of the intermediate
+configuration as a UFL scalar (1.3), and ``tensor_dim``, the dimension of the Fe that it takes (1 for a line,
+else 3). ``f0`` is the unit fibre direction, a UFL vector of that dimension. Stress and tangent follow by
+differentiation; nothing else is written.
+"""
+
+from typing import Any, ClassVar, Protocol
+
+from myostrain.materials.mooney_rivlin import MooneyRivlin
+from myostrain.materials.neo_hookean import NeoHookean
+from myostrain.materials.spring import Spring
+
+
+class Material(Protocol):
+    """What the mechanics asks of a material."""
+
+    tensor_dim: ClassVar[int]
+
+    def energy(self, Fe: Any, f0: Any) -> Any:
+        """Stored energy W(Fe) per volume of the intermediate configuration, a UFL scalar."""
+        ...
+
+
+__all__ = ["Material", "MooneyRivlin", "NeoHookean", "Spring"]

@@ -1,0 +1,352 @@
+"""Quasi-static equilibrium of the active body: (1.6) with F = Fe Fo, by its stored energy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from myostrain.activation import ActivationLaw, ActiveDeformation, Fibre
+from myostrain.engine import compile_form, fem
+from myostrain.errors import InputError
+from myostrain.geometry import Body
+from myostrain.history import History, backward_difference
+from myostrain.kinematics import Deformation, Kinematics
+from myostrain.materials import Material
+from myostrain.solvers import ChordNewton, Options, assemble_nodal, owned_dofs
+from myostrain.supports import fixed_conditions, rigid_body_pins
+from myostrain.timing import timed
+from myostrain.validation import Positive, description, with_constants
+
+import basix.ufl
+import numpy as np
+import numpy.typing as npt
+import ufl
+
+#: Degree of the quadrature by that of the displacement, as low as keeps the order of the elements: one point for
+#: P1 (the gradient is constant, γ is taken at the centre), degree 3 for P2.
+QUADRATURE_DEGREE = {1: 1, 2: 3}
+
+
+@description
+class ImposedStretch:
+    """A homogeneous stretch that holds the body for an initial time, the experiment of figure 2.
+
+    Args:
+        value: The stretch, one number or one for each direction; 1 holds the reference configuration.
+        until: The simulated time at which the body is let go; ``inf`` holds it for ever (a rigid body).
+    """
+
+    value: Positive | tuple[Positive, ...] = 1.0
+    until: float = float("inf")
+
+    def __post_init__(self) -> None:
+        """Refuse an ``until`` that is no time."""
+        if not self.until > 0:
+            raise ValueError(
+                f"until = {self.until} is no time after the start; give a positive number or inf"
+            )
+
+
+class Mechanics:
+    """The deforming body: finds the displacement for a given potential.
+
+    The energy of the body is ∫ Jo W(F Fo⁻¹) dX + k/2 ∫ |u|² dS, under J = 1 or det Fe = 1 as ``kinematics`` says;
+    stress (3.3) and tangent follow by differentiation. A free body (no support, nothing fixed) is held at
+    as many points as it has rigid motions; the reactions there are zero.
+
+    Args:
+        body: The reference body.
+        kinematics: What the mesh's dimension means in three dimensions.
+        material: Passive material W(Fe).
+        law: Activation law γ(v).
+        deformation: Active deformation Fo(γ).
+        robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more.
+        robin_boundary: Named parts of the boundary that it acts on; None for all of it.
+        fixed: Named parts of the boundary where u = 0.
+        body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
+        relaxation_time: λ of the Kelvin–Voigt line (4.14); zero for an elastic body.
+        imposed_stretch: A stretch that holds the body for an initial time.
+        options: PETSc options of the linear solver.
+        tolerance: Largest error of the displacement from iterating, relative to the body's extent.
+        quadrature_degree: Degree of the quadrature; chosen by the elements unless given.
+
+    Raises:
+        InputError: The parts do not fit together; the message says which.
+
+    Attributes:
+        u: Displacement (with the pressure, where there is one), a DOLFINx function.
+        v: Potential that drives the activation, P1; whoever couples writes it.
+        deformation: F and J of the configuration handed over to the potential.
+        handed: The displacement in ``deformation``; :meth:`hand_over` writes it.
+        seconds: Wall-clock seconds spent in solving.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        *,
+        kinematics: Kinematics,
+        material: Material,
+        law: ActivationLaw,
+        deformation: ActiveDeformation | None = None,
+        robin: float = 0.0,
+        robin_boundary: Sequence[str] | None = None,
+        fixed: Sequence[str] = (),
+        body_force: Any = None,
+        relaxation_time: float = 0.0,
+        imposed_stretch: ImposedStretch | None = None,
+        options: Options | None = None,
+        tolerance: float = 1e-10,
+        quadrature_degree: int | None = None,
+    ) -> None:
+        _check_fit(body, kinematics, material, robin, relaxation_time)
+        self.body, self.kinematics, self.law = body, kinematics, law
+        self.imposed_stretch = imposed_stretch
+        self.relaxation_time = relaxation_time
+        self.seconds = 0.0
+        mesh = body.mesh
+        mixed = kinematics.has_pressure
+        self._material = with_constants(material, mesh)
+        self._law = with_constants(law, mesh)
+        self._active = with_constants(deformation or Fibre(), mesh)
+        self._fibre = _lift_vector(body.f0, body.dim, kinematics.tensor_dim)
+        degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
+        self._dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
+
+        space = _space(mesh, body.dim, kinematics.degree, mixed)
+        self.u, self.handed = fem.Function(space, name="displacement"), fem.Function(space)
+        self.v = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="potential")
+        self.history, self._past_v = History(self.u, depth=3), History(self.v, depth=2)
+
+        F = self._gradient(self._displacement(self.handed))
+        self.deformation = Deformation(F, kinematics.volume_ratio(F, ufl.det(self._Fo(self.v))))
+
+        residual = ufl.derivative(self._energy(), self.u)
+        if robin > 0:
+            ds = body.boundary_measure(robin_boundary, degree=2 * kinematics.degree)
+            k, w = fem.Constant(mesh, float(robin)), self._displacement(self.u)
+            residual += ufl.derivative(k / 2 * ufl.inner(w, w) * ds, self.u)
+        if body_force is not None:
+            load = ufl.dot(body_force, self._displacement(self.u))
+            residual -= ufl.derivative(
+                load * ufl.dx(metadata={"quadrature_degree": 2 * kinematics.degree}), self.u
+            )
+        self._rates: list[Any] = []
+        self._past: list[tuple[fem.Function, fem.Function]] = []
+        if relaxation_time > 0:
+            self._past = [(fem.Function(space), fem.Function(self.v.function_space)) for _ in range(2)]
+            self._rates = [fem.Constant(mesh, 0.0) for _ in range(3)]
+            residual += self._viscous_residual(relaxation_time, ufl.TestFunction(space))
+        conditions = fixed_conditions(body, space, fixed, mixed)
+        if not fixed and not robin > 0 and body_force is None:
+            conditions += rigid_body_pins(body, space, mixed)
+        low, high = body.extent()
+        self.size = float(np.linalg.norm(high - low))
+        measured = None
+        if mixed:
+            dofs = np.asarray(space.sub(0).collapse()[1], dtype=np.int32)
+            measured = dofs[dofs < owned_dofs(space)]
+        self.solver = ChordNewton(
+            residual,
+            self.u,
+            conditions,
+            measured=measured,
+            tolerance=tolerance * self.size,
+            options=options,
+            saddle_point=mixed,
+        )
+        self._nodal_u: fem.Function | None = None
+        test = ufl.TestFunction(self.v.function_space)
+        self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
+        self._stress_trace = compile_form(ufl.tr(self.cauchy()) * test * self._dx)
+
+    # Kinematics of the active body, in UFL.
+
+    def _displacement(self, u: fem.Function) -> Any:
+        return ufl.split(u)[0] if self.kinematics.has_pressure else u
+
+    def _gradient(self, displacement: Any) -> Any:
+        return ufl.Identity(self.body.dim) + ufl.grad(displacement)
+
+    def _Fo(self, v: Any) -> Any:
+        return self._active.tensor(self._law.gamma(v), self._fibre)
+
+    def _stored(self, F: Any, Fo: Any) -> Any:
+        """Jo W(F Fo⁻¹), the energy per reference volume of the full (lifted) F."""
+        return ufl.det(Fo) * self._material.energy(F * ufl.inv(Fo), self._fibre)
+
+    def _energy(self) -> Any:
+        """Energy of the body, minus the pressure's work on the constraint where there is one (3.3)."""
+        F, Fo = self._gradient(self._displacement(self.u)), self._Fo(self.v)
+        density = self._stored(self.kinematics.lift(F, ufl.det(Fo)), Fo)
+        if self.kinematics.has_pressure:
+            density -= ufl.split(self.u)[1] * self.kinematics.constraint_residual(F, ufl.det(Fo))
+        return density * self._dx
+
+    def _viscous_residual(self, relaxation_time: float, test: Any) -> Any:
+        """Kelvin–Voigt line, (4.14) with the elastic strain measured from the intermediate configuration.
+
+        The stress is μ λ d/dt[(x′ − 1)/(1 + γ)] beside the spring's; the rate is taken over one time step.
+        """
+        viscosity = fem.Constant(self.body.mesh, relaxation_time) * self._material.mu  # type: ignore[attr-defined]
+        rate = sum(
+            weight * u[0].dx(0) / (1 + self._law.gamma(v))
+            for weight, (u, v) in zip(self._rates, [(self.u, self.v), *self._past], strict=True)
+        )
+        return viscosity * rate * test[0].dx(0) * self._dx
+
+    # Stress, for output.
+
+    def cauchy(self) -> Any:
+        """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), UFL, without the viscous part."""
+        Fo = self._Fo(self.v)
+        F = ufl.variable(self.kinematics.lift(self._gradient(self._displacement(self.u)), ufl.det(Fo)))
+        J = ufl.det(F)
+        sigma = ufl.diff(self._stored(F, Fo), F) * F.T / J
+        if self.kinematics.tensor_dim == 1:
+            return sigma
+        # The pressure: the unknown, or what makes the faces free (plane stress).
+        p = ufl.split(self.u)[1] if self.kinematics.has_pressure else sigma[2, 2]
+        return sigma - p * ufl.Identity(3)
+
+    def stress_trace(self) -> npt.NDArray[np.float64]:
+        """Trace of the Cauchy stress at the nodes of ``v`` (mean over the cells around each, lumped)."""
+        return assemble_nodal(self._stress_trace) / self._nodal_weight
+
+    # Solving.
+
+    def held(self, time: float) -> bool:
+        """Whether the imposed stretch holds the body at ``time``."""
+        if self.imposed_stretch is None:
+            return False
+        return np.isinf(self.imposed_stretch.until) or time < self.imposed_stretch.until * (1 - 1e-9)
+
+    @timed
+    def start(self, time: float = 0.0) -> None:
+        """Find the initial configuration for the potential in ``v``.
+
+        An elastic body begins in equilibrium with it (contracted where it is activated), a viscous one
+        relaxed (u = 0), a held one in its imposed stretch.
+        """
+        self.history.clear()
+        self._past_v.clear()
+        self.u.x.array[:] = 0.0
+        if self.held(time):
+            self._impose()
+        elif not self.relaxation_time > 0:
+            self.solver.solve()
+        self.accept(time)
+        self.hand_over(time)
+
+    @timed
+    def solve(self, time: float, *, predict: bool = True, order: int = 1) -> None:
+        """Find the configuration at ``time`` for the potential in ``v``.
+
+        Args:
+            time: Simulated time.
+            predict: Whether to begin with the extrapolation of the accepted configurations.
+            order: Order of the viscous rate in time, 1 or 2.
+
+        Raises:
+            ComputationError: No equilibrium was found, or the body is inverted somewhere.
+        """
+        if self.held(time):
+            self._impose()
+            return
+        if predict and self.history.times:
+            self.history.extrapolate(time, 2, self.u.x.array)
+        if self._past:
+            self._set_rates(time, order)
+        self.solver.solve()
+
+    def _set_rates(self, time: float, order: int) -> None:
+        points = min(order, len(self.history.times))
+        weights = backward_difference([time, *self.history.times[:points]])
+        for constant, weight in zip(self._rates, [*weights, 0.0], strict=False):
+            constant.value = weight
+        for (u, v), u_past, v_past in zip(self._past, self.history.values, self._past_v.values, strict=False):
+            u.x.array[:], v.x.array[:] = u_past, v_past
+
+    def _impose(self) -> None:
+        assert self.imposed_stretch is not None
+        stretch = np.broadcast_to(np.asarray(self.imposed_stretch.value, dtype=float), (self.body.dim,))
+        low, _ = self.body.extent()
+
+        def homogeneous(x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+            return (stretch[:, None] - 1) * (x[: self.body.dim] - low[:, None])
+
+        if self.kinematics.has_pressure:
+            self.u.sub(0).interpolate(homogeneous)
+        else:
+            self.u.interpolate(homogeneous)
+
+    def accept(self, time: float) -> None:
+        """Take the present configuration as the one at ``time``."""
+        self.history.push(time)
+        self._past_v.push(time)
+
+    def release(self) -> None:
+        """Forget the past configurations: the body was just let go, and they say nothing of what comes."""
+        self.history.clear()
+        self.solver.forget()
+
+    def hand_over(self, time: float, order: int = 0) -> None:
+        """Write the configuration at ``time`` into ``handed``, extrapolated from the accepted ones.
+
+        Args:
+            time: Simulated time.
+            order: Order of the polynomial; 0 hands over the last accepted configuration.
+        """
+        self.history.extrapolate(time, order, self.handed.x.array)
+
+    def hand_over_present(self) -> None:
+        """Write the present configuration, accepted or not, into ``handed``."""
+        self.handed.x.array[:] = self.u.x.array
+
+    def displacement(self) -> fem.Function:
+        """The displacement at the mesh's nodes, a P1 vector function."""
+        if self.kinematics.degree == 1:
+            return self.u
+        if self._nodal_u is None:
+            space = fem.functionspace(self.body.mesh, ("Lagrange", 1, (self.body.dim,)))
+            self._nodal_u = fem.Function(space, name="displacement")
+        self._nodal_u.interpolate(self.u.sub(0) if self.kinematics.has_pressure else self.u)
+        return self._nodal_u
+
+
+def _check_fit(
+    body: Body, kinematics: Kinematics, material: Material, robin: float, relaxation_time: float
+) -> None:
+    if kinematics.dim != body.dim:
+        raise InputError(
+            f"{type(kinematics).__name__} describes a body of dimension {kinematics.dim}, this mesh has dimension "
+            f"{body.dim}",
+            "mechanics.kinematics",
+        )
+    if material.tensor_dim != kinematics.tensor_dim:
+        fitting = "Spring" if kinematics.tensor_dim == 1 else "NeoHookean or MooneyRivlin"
+        raise InputError(
+            f"{type(material).__name__} does not fit {type(kinematics).__name__}; take {fitting}",
+            "material.model",
+        )
+    if not robin >= 0:
+        raise InputError(f"{robin} is no stiffness: give zero or a positive number", "mechanics.robin")
+    if not relaxation_time >= 0:
+        raise InputError(f"{relaxation_time}: give zero or a positive time", "mechanics.relaxation_time")
+    if relaxation_time > 0 and (body.dim > 1 or not hasattr(material, "mu")):
+        raise InputError("viscosity exists on a line with a Spring only; give 0", "mechanics.relaxation_time")
+
+
+def _lift_vector(f0: Any, dim: int, tensor_dim: int) -> Any:
+    """The fibre as a vector of the dimension that materials see."""
+    return ufl.as_vector([f0[i] if i < dim else 0 for i in range(tensor_dim)])
+
+
+def _space(mesh: Any, dim: int, degree: int, mixed: bool) -> fem.FunctionSpace:
+    cell = mesh.basix_cell()
+    displacement = basix.ufl.element("Lagrange", cell, degree, shape=(dim,))
+    if not mixed:
+        return fem.functionspace(mesh, displacement)
+    return fem.functionspace(
+        mesh, basix.ufl.mixed_element([displacement, basix.ufl.element("Lagrange", cell, 1)])
+    )

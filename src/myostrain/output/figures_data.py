@@ -1,0 +1,163 @@
+"""What the figures are drawn from: a result folder, read back."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from myostrain.errors import InputError
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+class Recording:
+    """A result folder, open for reading; fields are read frame by frame.
+
+    Args:
+        folder: The result folder.
+        file: Its ``snapshots.h5``.
+
+    Attributes:
+        points: Material coordinates of the nodes, (n, dim).
+        cells: Node numbers of the cells, (m, dim + 1).
+        time: Times of the frames whose every field is there, (frames,).
+        case: ``case.toml``, empty if there is none.
+        results: ``results.json``, empty if there is none, as after a failed run.
+    """
+
+    def __init__(self, folder: Path, file: Any) -> None:
+        self.folder, self._file = folder, file
+        try:
+            self.points: Array = np.asarray(file["points"], dtype=float)
+            self.cells: npt.NDArray[np.int64] = np.asarray(file["cells"], dtype=np.int64)
+            time: Array = np.asarray(file["time"], dtype=float)
+        except KeyError as error:
+            raise InputError(
+                f"{file.filename} holds no points, cells and time, so no run of myostrain wrote it; run the case again"
+            ) from error
+        self._fields = {name for name in file if name not in ("points", "cells", "time", "activation_time")}
+        # A run that was cut off while writing may lack some fields of its last frame.
+        self.time = time[: min([len(time), *(len(file[name]) for name in self._fields)])]
+        self.case: dict[str, Any] = _parsed(folder / "case.toml", tomllib.loads)
+        self.results: dict[str, Any] = _parsed(folder / "results.json", json.loads)
+
+    @property
+    def dim(self) -> int:
+        """Dimension of the body: 1 a line, 2 a sheet, 3 a solid."""
+        return self.points.shape[1]
+
+    @property
+    def title(self) -> str:
+        """The case's title, or the folder's name."""
+        return str(self.case.get("title") or self.folder.resolve().name)
+
+    @property
+    def metrics(self) -> dict[str, float | None]:
+        """Metrics by name; empty if the run did not end well."""
+        return self.results.get("metrics", {})
+
+    @property
+    def probes(self) -> dict[str, Array]:
+        """Material coordinates (dim,) of the probes by name."""
+        given = {name: probe["position"] for name, probe in self.results.get("probes", {}).items()}
+        given = given or self.case.get("probes", {})
+        return {name: np.asarray(place, dtype=float)[: self.dim] for name, place in given.items()}
+
+    def label(self, symbol: str, quantity: str) -> str:
+        """An axis label: the symbol and its unit, "non-dimensional" unless the case has ``[units]``."""
+        units = self.case.get("units")
+        unit = "non-dimensional" if not isinstance(units, dict) else units.get(quantity)
+        return symbol if unit is None else f"{symbol} ({unit})"
+
+    def has(self, *names: str) -> bool:
+        """Whether there are frames, with all these fields."""
+        return len(self.time) > 0 and self._fields.issuperset(names)
+
+    def field(self, name: str, frame: int = -1) -> Array:
+        """Nodal values (n,) or (n, dim) of a field at one frame, by default the last."""
+        return np.asarray(self._file[name][range(len(self.time))[frame]], dtype=float)
+
+    def history(self, name: str) -> Array:
+        """Nodal values (frames, n) or (frames, n, dim) of a field at all frames."""
+        return np.asarray(self._file[name][: len(self.time)], dtype=float)
+
+    def deformed(self, frame: int = -1) -> Array:
+        """Spatial coordinates x = X + u of the nodes, (n, dim); X itself where nothing deforms."""
+        return self.points + self.field("displacement", frame) if self.has("displacement") else self.points
+
+    def activation(self) -> Array | None:
+        """Activation times (n,) of the nodes, NaN for never; None if the run did not get that far.
+
+        Nodes at which the initial potential is 0.5 or more are active from the first frame on.
+        """
+        if "activation_time" not in self._file:
+            return None
+        times = np.array(self._file["activation_time"], dtype=float)
+        if self.has("potential"):
+            times[self.field("potential", 0) >= 0.5] = self.time[0]
+        return times
+
+    def probe_histories(self, quantity: str) -> tuple[Array, dict[str, Array]]:
+        """Times (samples,) and, by probe name, values (samples,) of one quantity, from ``probes.csv``."""
+        path = self.folder / "probes.csv"
+        if not path.exists():
+            return np.empty(0), {}
+        with path.open(newline="", encoding="utf-8") as stream:
+            header, *rows = list(csv.reader(stream)) or [[]]
+        whole = [row for row in rows if len(row) == len(header)]
+        try:
+            table = np.array(whole, dtype=float).reshape(len(whole), len(header)).T
+            columns = dict(zip(header, table, strict=True))
+            times = columns.pop("time")
+        except (ValueError, KeyError) as error:
+            raise InputError(
+                f"{path} cannot be read as a table of numbers: {error}; remove it or repair it"
+            ) from error
+        wanted = f".{quantity}"
+        return times, {name.removesuffix(wanted): c for name, c in columns.items() if name.endswith(wanted)}
+
+
+@contextmanager
+def recording(folder: Path) -> Iterator[Recording]:
+    """Open a result folder.
+
+    Args:
+        folder: The result folder.
+
+    Raises:
+        InputError: It holds no snapshots, or a file in it cannot be read.
+    """
+    path = folder / "snapshots.h5"
+    if not path.is_file():
+        where = "is no folder" if not folder.is_dir() else "holds no snapshots.h5"
+        raise InputError(
+            f"{folder} {where}, so there is nothing to draw; name the result folder of a run (--out), "
+            "one that wrote fields (output.fields not empty)"
+        )
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be read: the run still writes it or was killed while it did; wait for its end, "
+            f"or run the case again ({error})"
+        ) from error
+    with file:
+        yield Recording(folder, file)
+
+
+def _parsed(path: Path, parse: Any) -> dict[str, Any]:
+    if not path.exists():
+        return {}
+    try:
+        return dict(parse(path.read_text(encoding="utf-8")))
+    except ValueError as error:
+        raise InputError(f"{path} cannot be read: {error}; repair it or remove it") from error

@@ -1,0 +1,145 @@
+"""How the figures look, in one place; no pyplot, so that a notebook's backend stays as it is."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from myostrain.errors import InputError
+
+import matplotlib.style
+import numpy as np
+import numpy.typing as npt
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+#: Dots per inch of the still pictures.
+DPI = 150
+#: Colours that people with any colour vision tell apart (Okabe and Ito 2008), dark ones first.
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+GREY = "#8c8c8c"
+#: Colour maps: the potential and times; what has a sign.
+SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
+
+_STYLE = {
+    "axes.edgecolor": "#444444",
+    "axes.grid": False,
+    "axes.labelcolor": "#222222",
+    "axes.labelsize": 10,
+    "axes.linewidth": 0.7,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 11,
+    "figure.facecolor": "white",
+    "figure.titlesize": 12,
+    "font.size": 10,
+    "image.cmap": SEQUENTIAL,
+    "legend.fontsize": 9,
+    "legend.frameon": False,
+    "lines.linewidth": 1.8,
+    "lines.solid_capstyle": "round",
+    "text.color": "#222222",
+    "xtick.color": "#444444",
+    "xtick.labelsize": 9,
+    "ytick.color": "#444444",
+    "ytick.labelsize": 9,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw in the package's style, whatever the user's settings; these are back afterwards."""
+    with matplotlib.style.context(["default", _STYLE]):
+        yield
+
+
+def new_figure(
+    width: float, height: float, title: str = "", *, dpi: int = DPI, layout: Any = "constrained"
+) -> Figure:
+    """An empty figure that draws without a screen.
+
+    Args:
+        width: Width in inches.
+        height: Height in inches.
+        title: Its title, taken literally and broken into lines that fit.
+        dpi: Dots per inch.
+        layout: Matplotlib's layout engine.
+    """
+    figure = Figure(figsize=(width, height), dpi=dpi, layout=layout)
+    FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(textwrap.fill(plain(title), max(20, int(11 * width))))
+    return figure
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure, the whole page and nothing cropped.
+
+    Args:
+        figure: The figure.
+        path: Where to, replaced if it exists.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    with writing(path):
+        figure.savefig(path, dpi=DPI)
+    return path
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn a failure to write ``path`` into an :class:`InputError` that says so."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror or error}") from error
+
+
+def plain(text: str) -> str:
+    """Text that is shown as it stands: a dollar sign begins no formula."""
+    return text.replace("$", r"\$")
+
+
+def at_time(time: float) -> str:
+    """The line that says when: "t = 0.35"."""
+    return f"$t$ = {time:.4g}"
+
+
+def potential_range(v: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Ends (low, high) of the colour scale and the axis of a potential.
+
+    They are −0.2 and 1, the same in every figure, for the potentials of models without dimension; the data's
+    own extremes for others, say in millivolt.
+
+    Args:
+        v: Potential, any shape, not empty.
+    """
+    low, high = float(np.nanmin(v)), float(np.nanmax(v))
+    return (-0.2, 1.0) if low > -1 and high < 2 else (low, high)
+
+
+def symmetric_range(values: npt.NDArray[np.float64]) -> tuple[float, float]:
+    """Ends (−a, a) of a colour scale for values of both signs.
+
+    Args:
+        values: Values, any shape, not empty; the outermost two in a thousand do not count, as stress peaks
+            at corners would hide all else.
+    """
+    size = float(np.nanquantile(np.abs(values), 0.998)) or 1.0
+    return -size, size
+
+
+def extend(norm: Normalize, values: npt.NDArray[np.float64]) -> str:
+    """Which ends of a colour bar to draw pointed, as values lie beyond: "neither", "min", "max" or "both"."""
+    slack = 0.01 * (norm.vmax - norm.vmin)  # type: ignore[operator]
+    below, above = np.nanmin(values) < norm.vmin - slack, np.nanmax(values) > norm.vmax + slack
+    return {(False, False): "neither", (True, False): "min", (False, True): "max"}.get((below, above), "both")

@@ -1,0 +1,127 @@
+"""Probes at material points, and times of activation at probes and nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from myostrain.engine import MPI, fem
+from myostrain.errors import InputError
+from myostrain.output.metrics import crossing_time
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import geometry as dgeometry
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.integer[Any]]
+
+
+class Probes:
+    """Interpolation of P1 fields at material points.
+
+    Args:
+        space: A scalar P1 space on the body's mesh.
+        points: Material coordinates by name; missing components are zero.
+
+    Raises:
+        InputError: A point has the wrong number of components or lies outside the body.
+    """
+
+    def __init__(self, space: fem.FunctionSpace, points: Mapping[str, Sequence[float]]) -> None:
+        self.names = list(points)
+        self._comm = space.mesh.comm
+        dim = space.mesh.geometry.dim
+        self.positions = np.zeros((len(points), 3))
+        for row, (name, point) in enumerate(points.items()):
+            given = np.asarray(tuple(point), dtype=float)
+            if not dim <= given.size <= 3 or not np.isfinite(given).all():
+                raise InputError(f"{list(point)}: give {dim} finite coordinates", f"probes.{name}")
+            self.positions[row, : given.size] = given
+        self._mine, self._dofs, self._weights = self._locate(space, dim)
+
+    def _locate(self, space: fem.FunctionSpace, dim: int) -> tuple[Indices, Indices, Array]:
+        mesh = space.mesh
+        owned = mesh.topology.index_map(mesh.topology.dim).size_local
+        tree = dgeometry.bb_tree(
+            mesh, mesh.topology.dim, padding=1e-9, entities=np.arange(owned, dtype=np.int32)
+        )
+        candidates = dgeometry.compute_collisions_points(tree, self.positions)
+        colliding = dgeometry.compute_colliding_cells(mesh, candidates, self.positions)
+        cells = [colliding.links(i) for i in range(len(self.names))]
+        found = np.array([self._comm.rank if len(c) else self._comm.size for c in cells], dtype=np.int64)
+        owner = np.empty_like(found)
+        self._comm.Allreduce(found, owner, op=MPI.MIN)
+        for name, rank, position in zip(self.names, owner, self.positions, strict=True):
+            if rank == self._comm.size:
+                low, high = _extent(mesh, self._comm)
+                raise InputError(
+                    f"{position[:dim].tolist()} lies outside the body, which extends from {low} to {high}",
+                    f"probes.{name}",
+                )
+        mine = np.flatnonzero(owner == self._comm.rank)
+        x = space.tabulate_dof_coordinates()[:, :dim]
+        dofs = np.array([space.dofmap.cell_dofs(cells[i][0]) for i in mine], dtype=np.int32).reshape(
+            -1, dim + 1
+        )
+        weights = np.empty(dofs.shape)
+        for row, (i, corners) in enumerate(zip(mine, dofs, strict=True)):
+            edges = (x[corners[1:]] - x[corners[0]]).T
+            weights[row, 1:] = np.linalg.solve(edges, self.positions[i, :dim] - x[corners[0]])
+            weights[row, 0] = 1 - weights[row, 1:].sum()
+        return mine, dofs, weights
+
+    def local(self, values: Array) -> Array:
+        """Values at this process's probes, from nodal values (n,) or (n, components)."""
+        return np.einsum("ij,ij...->i...", self._weights, values[self._dofs])
+
+    def gather(self, local: Array) -> Array:
+        """Values at all probes, in their order, on every process."""
+        whole = np.zeros((len(self.names), *local.shape[1:]))
+        if self._comm.size == 1:
+            whole[self._mine] = local
+            return whole
+        for mine, values in self._comm.allgather((self._mine, local)):
+            whole[mine] = values
+        return whole
+
+
+class ActivationTimes:
+    """First time at which the potential rises through 0.5, at nodes and probes, linear in time between steps.
+
+    Args:
+        potential: The potential, P1.
+        probes: The probes.
+    """
+
+    def __init__(self, potential: fem.Function, probes: Probes) -> None:
+        self._v, self._probes = potential, probes
+        self._before = potential.x.array.copy()
+        self.nodes = np.full(self._before.shape, np.nan)
+        self._at_probes = np.full(len(probes._mine), np.nan)
+
+    def observe(self, start: float, end: float) -> None:
+        """Look at the potential after a step from ``start`` to ``end``."""
+        now = self._v.x.array
+        _first(self.nodes, crossing_time(self._before, now, start, end))
+        before, after = self._probes.local(self._before), self._probes.local(now)
+        _first(self._at_probes, crossing_time(before, after, start, end))
+        self._before[:] = now
+
+    def at_probes(self) -> dict[str, float | None]:
+        """Time by probe name; None where it never happened."""
+        times = self._probes.gather(self._at_probes)
+        return {
+            name: None if np.isnan(t) else float(t) for name, t in zip(self._probes.names, times, strict=True)
+        }
+
+
+def _first(kept: Array, new: Array) -> None:
+    missing = np.isnan(kept)
+    kept[missing] = new[missing]
+
+
+def _extent(mesh: Any, comm: Any) -> tuple[list[float], list[float]]:
+    x = mesh.geometry.x[:, : mesh.geometry.dim]
+    low, high = comm.allreduce(x.min(axis=0), MPI.MIN), comm.allreduce(x.max(axis=0), MPI.MAX)
+    return low.tolist(), high.tolist()

@@ -1,0 +1,91 @@
+"""The numbers of a run: what ``results.json`` holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from myostrain.engine import MPI
+from myostrain.output.metrics import leading_pulse
+from myostrain.output.probes import Probes
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from myostrain.coupling import Electromechanics
+
+
+def metrics(
+    model: Electromechanics, probes: Probes, activation: dict[str, float | None]
+) -> dict[str, float | None]:
+    """Numbers that describe the present state and the wave so far.
+
+    celerity is the material distance of the first two probes over the difference of their activation times;
+    on a line, width_material and width_spatial are of the leading pulse, and front_slope is |∂v/∂X| at its
+    front's v = 0.5; None where a number does not exist.
+    """
+    potential, mechanics = model.potential, model.mechanics
+    comm = potential.body.comm
+    v = potential.v.x.array
+    found: dict[str, float | None] = {
+        "celerity": _celerity(probes, activation),
+        "potential_max": float(comm.allreduce(v.max(initial=-np.inf), MPI.MAX)),
+        "potential_min": float(comm.allreduce(v.min(initial=np.inf), MPI.MIN)),
+        "amount": potential.amount(),
+    }
+    displacement = np.zeros((len(v), potential.body.dim))
+    if mechanics is not None:
+        displacement = mechanics.displacement().x.array.reshape(-1, potential.body.dim)
+    size = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
+    found["displacement_max"] = float(comm.allreduce(size, MPI.MAX))
+    found |= (
+        _line_metrics(model, displacement)
+        if potential.body.dim == 1
+        else dict.fromkeys(("width_material", "width_spatial", "front_slope"))
+    )
+    return found
+
+
+def _celerity(probes: Probes, activation: dict[str, float | None]) -> float | None:
+    if len(probes.names) < 2:
+        return None
+    first, second = (activation[name] for name in probes.names[:2])
+    if first is None or second is None or first == second:
+        return None
+    return float(np.linalg.norm(probes.positions[1] - probes.positions[0]) / (second - first))
+
+
+def _line_metrics(model: Electromechanics, displacement: Any) -> dict[str, float | None]:
+    space = model.potential.v.function_space
+    owned = space.dofmap.index_map.size_local
+    X = space.tabulate_dof_coordinates()[:owned, 0]
+    parts = space.mesh.comm.allgather((X, displacement[:owned, 0], model.potential.v.x.array[:owned]))
+    X, u, v = (np.concatenate(column) for column in zip(*parts, strict=True))
+    order = np.argsort(X)
+    pulse = leading_pulse(X[order], (X + u)[order], v[order])
+    if pulse is None:
+        return dict.fromkeys(("width_material", "width_spatial", "front_slope"))
+    return {
+        "width_material": pulse.width_material,
+        "width_spatial": pulse.width_spatial,
+        "front_slope": pulse.slope,
+    }
+
+
+def solver_counts(model: Electromechanics) -> dict[str, dict[str, int]]:
+    """Solves, iterations, factorizations of each solver, and of the coupling."""
+    counts = {"potential": model.potential.solver.counters.as_dict()}
+    if model.mechanics is not None:
+        counts["mechanics"] = model.mechanics.solver.counters.as_dict()
+    counts["coupling"] = {"iterations": model.coupling_iterations}
+    return counts
+
+
+def unknowns(model: Electromechanics) -> dict[str, int]:
+    """Number of unknowns of each field over all processes."""
+    potential = model.potential
+    nodes = int(potential.v.function_space.dofmap.index_map.size_global)
+    counts = {"potential": nodes, "states": nodes * len(potential.states)}
+    if model.mechanics is not None:
+        space = model.mechanics.u.function_space
+        counts["mechanics"] = int(space.dofmap.index_map.size_global * space.dofmap.index_map_bs)
+    return counts

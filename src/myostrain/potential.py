@@ -1,0 +1,249 @@
+"""The potential on a deforming body: the balance (2.8) with a membrane model at every node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+from myostrain.cells import CellModel
+from myostrain.engine import compile_form, fem
+from myostrain.errors import InputError
+from myostrain.geometry import Body
+from myostrain.kinematics import Deformation
+from myostrain.solvers import LinearSolver, Options, assemble_nodal, largest, owned_dofs
+from myostrain.timing import timed
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx.fem import petsc as fem_petsc
+
+Balance = Literal["conservative", "advective"]
+"""What is balanced: v per spatial volume, ∂(Jv)/∂t (2.5), or J ∂v/∂t."""
+
+Array = npt.NDArray[np.float64]
+
+Stimulus = Callable[[Array, float], Array]
+"""Applied rate of v at points (n, dim) and a time."""
+
+#: Increment of the complex step: its square vanishes beside one, so that derivatives are exact to round-off.
+COMPLEX_STEP = 1e-100
+
+
+class Potential:
+    """The potential v and the membrane's states on a deforming body.
+
+    Continuous linear elements with a lumped mass: v and the states live at the nodes, and so does the
+    reaction; diffusion is J F⁻¹ D F⁻ᵀ of the deformation that ``deformation`` describes when
+    :meth:`update_deformation` is called. Between calls the matrix is kept.
+
+    Args:
+        body: The reference body.
+        cell: Membrane model.
+        diffusivity: D of an isotropic body, or (along, across) the fibre; the anisotropic D turns with the
+            deformed fibre F n.
+        balance: "conservative" for (2.8), or "advective" for J ∂v/∂t = ...
+        deformation: F and J of the body, UFL expressions that somebody else updates; None for a rigid body.
+        stimulus: Applied rate of v, a function of points (n, dim) and time that gives (n,); None for none.
+        options: PETSc options of the linear solver.
+
+    Raises:
+        InputError: A diffusivity that is not positive, or an unknown balance.
+
+    Attributes:
+        v: The potential, P1.
+        states: The membrane's states by name, P1.
+        isochoric: Whether J = 1 by construction, so that nothing is balanced but v itself.
+        seconds: Wall-clock seconds spent in solving.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        *,
+        cell: CellModel,
+        diffusivity: float | tuple[float, float] = 1.0,
+        balance: Balance = "conservative",
+        deformation: Deformation | None = None,
+        stimulus: Stimulus | None = None,
+        options: Options | None = None,
+    ) -> None:
+        if balance not in ("conservative", "advective"):
+            raise InputError(
+                f"'{balance}' is no balance; allowed: conservative, advective", "potential.balance"
+            )
+        along, across = np.broadcast_to(np.asarray(diffusivity, dtype=float), (2,))
+        if not (along > 0 and across > 0):
+            raise InputError(
+                f"{diffusivity}: give positive numbers, D or [along, across]", "potential.diffusivity"
+            )
+        self.body, self.cell, self.balance = body, cell, balance
+        self._stimulus = stimulus
+        mesh = body.mesh
+        space = fem.functionspace(mesh, ("Lagrange", 1))
+        self.v = fem.Function(space, name="potential")
+        self.states = {name: fem.Function(space, name=name) for name in cell.states}
+        self._owned = owned_dofs(space)
+        self._points = space.tabulate_dof_coordinates()[:, : body.dim]
+        self.seconds = 0.0
+
+        deformation = deformation or Deformation(ufl.Identity(body.dim))
+        self.isochoric = deformation.isochoric
+        trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
+        # The order of linear elements needs F at the centre only; vertices lump the mass.
+        degree = max(
+            ufl.algorithms.estimate_total_polynomial_degree(deformation.F), 0 if self.isochoric else 1
+        )
+        dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
+        lumped = ufl.Measure(
+            "dx", domain=mesh, metadata={"quadrature_rule": "vertex", "quadrature_degree": 1}
+        )
+        conductivity = pulled_back_conductivity(deformation, body.f0, float(along), float(across), mesh)
+        self._stiffness = compile_form(ufl.inner(conductivity * ufl.grad(trial), ufl.grad(test)) * dx)
+        self._matrix = fem_petsc.create_matrix(self._stiffness)
+        self._volume = None if self.isochoric else compile_form(deformation.J * test * lumped)
+        self.weight: Array = assemble_nodal(compile_form(test * lumped))
+        self.ratio: Array = np.ones_like(self.weight)
+        self._b = fem.Function(space)
+        self._diagonal = self._matrix.createVecLeft()
+        self._kept_diagonal: Array = np.zeros(self._owned)
+        defaults: Options = {
+            "ksp_type": "cg",
+            "pc_type": "jacobi",
+            "ksp_rtol": 1e-10,
+            "ksp_initial_guess_nonzero": True,
+        }
+        self.solver = LinearSolver(self._matrix, "potential", defaults, options)
+        # Past amounts, newest first: J v and J s (conservative), or v and s (advective).
+        self.past: list[list[Array]] = []
+        # The potential itself, newest first.
+        self.values: list[Array] = []
+
+    @property
+    def fields(self) -> list[fem.Function]:
+        """The potential, then the states."""
+        return [self.v, *self.states.values()]
+
+    def start(self) -> None:
+        """Begin at the present v with resting states, on the present deformation."""
+        for function, value in zip(self.states.values(), self.cell.initial_states(), strict=True):
+            function.x.array[:] = value
+        self.update_deformation()
+        self.past, self.values = [], []
+        self.accept(keep=1)
+
+    @timed
+    def update_deformation(self) -> None:
+        """Assemble diffusion and volume ratio on the present deformation."""
+        self._matrix.zeroEntries()
+        fem_petsc.assemble_matrix(self._matrix, self._stiffness)
+        self._matrix.assemble()
+        self._matrix.getDiagonal(self._diagonal)
+        self._kept_diagonal[:] = self._diagonal.array_r
+        self.solver.counters.assemblies += 1
+        if self._volume is not None:
+            self.ratio = assemble_nodal(self._volume) / self.weight
+
+    @timed
+    def solve(self, end: float, guess: Array, weights: Array) -> None:
+        """Solve one step, linearised about a guess, on the present deformation.
+
+        The states are solved at the guess, each by itself, then v with the current linearised in v.
+
+        Args:
+            end: Time at the end of the step.
+            guess: Potential (local nodes) to linearise about.
+            weights: Backward-difference weights of the new value and the past ones, newest first.
+
+        Raises:
+            ComputationError: The linear solver failed.
+        """
+        history = self._history(weights)
+        states = [function.x.array for function in self.states.values()]
+        for index, state in enumerate(states):
+            _solve_state(self.cell, guess, states, index, weights[0], history[index + 1], state)
+        current, slope = _with_slope(lambda v: self.cell.current(v, states), guess)
+        if self._stimulus is not None:
+            current = current - self._stimulus(self._points, end)
+        mass = self.ratio * self.weight
+        n = self._owned
+        self._diagonal.array[:] = self._kept_diagonal + (mass * (weights[0] + slope))[:n]
+        self._matrix.setDiagonal(self._diagonal)
+        self._b.x.array[:] = mass * (slope * guess - current - history[0])
+        self.v.x.array[:] = guess
+        self.solver.solve(self._b.x.petsc_vec, self.v.x.petsc_vec)
+        self.v.x.scatter_forward()
+
+    def _history(self, weights: Array) -> list[Array]:
+        """Weighted sums of past values for v and each state, as they enter the present step."""
+        sums = [
+            sum(w * value for w, value in zip(weights[1:], values, strict=False))
+            for values in zip(*self.past, strict=True)
+        ]
+        return [total / self.ratio for total in sums] if self.balance == "conservative" else sums
+
+    def accept(self, keep: int) -> None:
+        """Take the present fields as those of a finished step and keep ``keep`` past ones."""
+        amounts = [
+            function.x.array * self.ratio if self.balance == "conservative" else function.x.array.copy()
+            for function in self.fields
+        ]
+        self.past = [amounts, *self.past[: keep - 1]]
+        self.values = [self.v.x.array.copy(), *self.values[: keep - 1]]
+
+    def forget(self) -> None:
+        """Keep only the newest values: the next step starts anew, as after a jump in time."""
+        self.past, self.values = self.past[:1], self.values[:1]
+
+    def extrapolate(self, weights: Array) -> Array:
+        """Weighted sum of the potential's present and past values, newest first (nodal, local)."""
+        return np.asarray(sum(w * value for w, value in zip(weights, self.values, strict=False)))
+
+    def conserve(self) -> float:
+        """After a sudden change of the body, set v and states so that J v and J s are what they were.
+
+        The advective balance keeps the values themselves. Returns the largest change of v.
+        """
+        if self.balance == "advective" or self.isochoric:
+            return 0.0
+        before = self.v.x.array.copy()
+        for function, amount in zip(self.fields, self.past[0], strict=True):
+            function.x.array[:] = amount / self.ratio
+        self.values[0][:] = self.v.x.array
+        return largest(self.v.x.array - before, self.body.comm)
+
+    def amount(self) -> float:
+        """∫ J v dX over the body, what the conservative balance conserves without reaction."""
+        local = float(np.sum((self.weight * self.ratio * self.v.x.array)[: self._owned]))
+        return float(self.body.comm.allreduce(local))
+
+
+def pulled_back_conductivity(
+    deformation: Deformation, f0: Any, along: float, across: float, mesh: Any
+) -> Any:
+    """J F⁻¹ D F⁻ᵀ with D = across · 1 + (along − across) f⊗f and f the unit vector along F f0 (2.8)."""
+    F = deformation.F
+    C = F.T * F
+    across_ = fem.Constant(mesh, across)
+    conductivity = across_ * ufl.inv(C)
+    if along != across:
+        conductivity += (fem.Constant(mesh, along) - across_) / ufl.dot(f0, C * f0) * ufl.outer(f0, f0)
+    return deformation.J * conductivity
+
+
+def _with_slope(function: Any, at: Array) -> tuple[Array, Array]:
+    """A pointwise function and its derivative, by one complex step."""
+    value = function(at + 1j * COMPLEX_STEP)
+    return np.real(value), np.imag(value) / COMPLEX_STEP
+
+
+def _solve_state(
+    cell: CellModel, v: Array, states: list[Array], index: int, weight: float, history: Array, out: Array
+) -> None:
+    """Solve weight · s + history = rate(v, s) for one state, linearised about its present value."""
+
+    def rate(value: Any) -> Any:
+        return cell.rates(v, [value if i == index else s for i, s in enumerate(states)])[index]
+
+    value, slope = _with_slope(rate, out)
+    out -= (weight * out + history - value) / (weight - slope)

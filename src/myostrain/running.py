@@ -1,0 +1,81 @@
+"""Running a case into a result folder: the steps of ``myostrain run``, for scripts too."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from myostrain.case import Case
+from myostrain.engine import MPI
+from myostrain.output.folder import write_atomically, write_json
+from myostrain.simulation import Progress
+
+#: Metrics of the rigid twin that are compared.
+COMPARED = ("celerity", "width_material", "width_spatial")
+
+
+def run_case(
+    case: Case,
+    out: Path,
+    *,
+    force: bool = False,
+    comm: Any = MPI.COMM_WORLD,
+    progress: Callable[[str, int, float], Progress] | None = None,
+    figures: bool = True,
+) -> dict[str, Any]:
+    """Run a case, and its rigid twin where it has one, and draw its figures.
+
+    Args:
+        case: The case.
+        out: Result folder.
+        force: Whether results of an earlier run in ``out`` may be removed.
+        comm: MPI communicator.
+        progress: Makes what is told of the progress, from a name, the number of steps and the end.
+        figures: Whether to draw.
+
+    Returns:
+        What ``results.json`` holds.
+
+    Raises:
+        InputError: The case cannot be run as it is.
+        ComputationError: The computation failed.
+    """
+    simulation = case.simulation(comm, out, force)
+    if comm.rank == 0:
+        write_atomically(out / "case.toml", case.to_toml())
+    results = _run(case, simulation, progress)
+    if case.output.rigid_twin:
+        twin = run_case(case.rigid(), out / "rigid", comm=comm, progress=progress, figures=False)
+        results["metrics"] |= compare(results["metrics"], twin["metrics"])
+        if comm.rank == 0:
+            write_json(out / "results.json", results)
+    if figures and comm.rank == 0:
+        from myostrain.output.figures import draw
+
+        draw(out)
+    comm.Barrier()
+    return results
+
+
+def _run(
+    case: Case, simulation: Any, progress: Callable[[str, int, float], Progress] | None
+) -> dict[str, Any]:
+    made = None if progress is None else progress(case.name, simulation.steps, simulation.end)
+    return simulation.run(made)
+
+
+def compare(metrics: dict[str, Any], rigid: dict[str, Any]) -> dict[str, Any]:
+    """The rigid twin's metrics and the ratios to them, None where a number does not exist."""
+    found: dict[str, Any] = {}
+    for name in COMPARED:
+        own, other = metrics[name], rigid[name]
+        found[f"{name}_rigid"] = other
+        found[f"{name}_ratio"] = own / other if own is not None and other else None
+    return found
+
+
+def load_results(folder: Path) -> dict[str, Any]:
+    """Read ``results.json`` of a folder."""
+    return dict(json.loads((folder / "results.json").read_text(encoding="utf-8")))

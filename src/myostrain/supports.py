@@ -1,0 +1,83 @@
+"""What holds a body: fixed parts of its boundary, or the few points that stop a free body from drifting."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from myostrain.engine import MPI, fem
+from myostrain.geometry import Body
+
+import numpy as np
+
+
+def fixed_conditions(
+    body: Body, space: fem.FunctionSpace, names: Sequence[str], mixed: bool
+) -> list[fem.DirichletBC]:
+    """u = 0 on the named parts of the boundary.
+
+    Args:
+        body: The reference body.
+        space: Displacement space, or the mixed space whose first part it is.
+        names: Named parts; none gives no condition.
+        mixed: Whether ``space`` is mixed.
+    """
+    if not names:
+        return []
+    facets = body.boundary_facets(names)
+    fdim = body.mesh.topology.dim - 1
+    if mixed:
+        collapsed, _ = space.sub(0).collapse()
+        zero = fem.Function(collapsed)
+        dofs = fem.locate_dofs_topological((space.sub(0), collapsed), fdim, facets)
+        return [fem.dirichletbc(zero, dofs, space.sub(0))]
+    dofs = fem.locate_dofs_topological(space, fdim, facets)
+    return [fem.dirichletbc(fem.Function(space), dofs)]
+
+
+def rigid_body_pins(body: Body, space: fem.FunctionSpace, mixed: bool) -> list[fem.DirichletBC]:
+    """Hold a free body at as many components as it has rigid motions (1 on a line, 3 on a sheet).
+
+    The node nearest to the body's lowest corner is held entirely, the one farthest from it in the direction
+    across: a statically determinate support, whose reactions vanish because nothing else acts on the body.
+    """
+    low, _ = body.extent()
+    first = _node(body, low, nearest=True)
+    pins = [(first, component) for component in range(body.dim)]
+    if body.dim == 2:
+        second = _node(body, first, nearest=False)
+        arm = np.abs(second - first)
+        pins.append((second, int(np.argmin(arm))))
+    return [
+        condition for point, component in pins for condition in _pin(body, space, mixed, point, component)
+    ]
+
+
+def _node(body: Body, point: Any, *, nearest: bool) -> np.ndarray:
+    """The mesh node nearest to (or farthest from) a point; the same on every number of processes."""
+    x = body.mesh.geometry.x[:, : body.dim]
+    distance = np.linalg.norm(x - point, axis=1) * (1.0 if nearest else -1.0)
+    # Equal distances are told apart by the coordinates, not by the numbering, which depends on the processes.
+    candidates = [(round(float(d), 9), *map(float, xi)) for d, xi in zip(*_best(distance, x), strict=True)]
+    best = min(body.comm.allgather(min(candidates, default=(np.inf, *([np.inf] * body.dim)))))
+    return np.array(best[1:])
+
+
+def _best(distance: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    if not len(distance):
+        return distance, x
+    close = distance <= distance.min() + 1e-9
+    return distance[close], x[close]
+
+
+def _pin(body: Body, space: fem.FunctionSpace, mixed: bool, point: np.ndarray, component: int) -> list[Any]:
+    parent = space.sub(0).sub(component) if mixed else space.sub(component)
+    collapsed, _ = parent.collapse()
+
+    def marker(x: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(x[: body.dim] - point[:, None], axis=0) < 1e-10 * (1 + np.abs(point).max())
+
+    zero = fem.Function(collapsed)
+    dofs = fem.locate_dofs_geometrical((parent, collapsed), marker)
+    assert body.comm.allreduce(len(dofs[0]), MPI.SUM) > 0, "a mesh node carries a degree of freedom"
+    return [fem.dirichletbc(zero, dofs, parent)]

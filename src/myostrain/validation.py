@@ -1,0 +1,39 @@
+"""Frozen, validated descriptions: what a case file or a script says, checked when it is made."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from typing import Annotated, Any, dataclass_transform
+
+from myostrain.engine import fem
+
+import pydantic
+from pydantic import ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+@dataclass_transform(frozen_default=True)
+def description[T](cls: type[T]) -> type[T]:
+    """Make a class a frozen dataclass whose values are checked; unknown names are refused."""
+    config = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+    return pydantic.dataclasses.dataclass(frozen=True, config=config)(cls)  # type: ignore[return-value]
+
+
+def with_constants[T](thing: T, mesh: Any) -> T:
+    """A copy of a dataclass whose numbers are :class:`dolfinx.fem.Constant`.
+
+    Forms built from it are compiled once for all values of the parameters. Anything that is not a
+    dataclass is returned as it is, and then its numbers are compiled in.
+    """
+    if not dataclasses.is_dataclass(thing) or isinstance(thing, type):
+        return thing
+    made = copy.copy(thing)
+    for field in dataclasses.fields(thing):
+        value = getattr(thing, field.name)
+        if isinstance(value, float):
+            object.__setattr__(made, field.name, fem.Constant(mesh, value))
+    return made
