@@ -58,7 +58,7 @@ class MechanicsSection:
     fixed: tuple[str, ...] = ()
     relaxation_time: NonNegative = 0.0
     imposed_stretch: ImposedStretch | None = None
-    tolerance: Positive = 1e-8
+    tolerance: Positive = 1e-7
 
 
 @description

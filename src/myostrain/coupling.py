@@ -122,8 +122,8 @@ class Electromechanics:
 def check_well_posed(potential: Potential, mechanics: Mechanics) -> None:
     """Refuse an activation that makes Fo singular, or the balance of the potential backward-parabolic.
 
-    Where J follows 1 + γ(v) at once, ∂((1 + γ) v)/∂t = (1 + γ + v γ′) ∂v/∂t, whose factor must be positive for v
-    between 0 and 1: for γ = −βv that is 2β < 1, stricter than the paper's αβ < 1/2.
+    Where J follows 1 + γ(v) at once, ∂((1 + γ) v)/∂t = (1 + γ + v γ′) ∂v/∂t, whose factor must be positive
+    for v between 0 and 1: for γ = −βv that is 2β < 1, stricter than the paper's αβ < 1/2.
 
     Raises:
         InputError: It does.
@@ -145,8 +145,8 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> None:
         and (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any()
     ):
         raise InputError(
-            "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v: γ = −βv needs β < 0.5; "
-            'take a smaller beta, potential.balance = "advective", or mechanics.relaxation_time > 0',
+            "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v (γ = −βv needs "
+            'β < 0.5); take a smaller beta, potential.balance = "advective", or mechanics.relaxation_time > 0',
             key,
         )
 
@@ -186,7 +186,7 @@ class Implicit:
                 break
         else:
             raise ComputationError(
-                f"the fixed-point iteration of the coupling did not converge in {self.max_iterations} iterations "
+                f"the coupling did not converge in {self.max_iterations} fixed-point iterations "
                 f"(last change of v {change:.3g}, wanted {self.tolerance:.3g})",
                 advice="a smaller time step.",
             )
@@ -221,13 +221,15 @@ class Staggered:
 
 @description
 class SecondOrder:
-    """Second order, one pass a step: BDF2, reaction linearised about the extrapolated potential, extrapolated body.
+    """Second order, one pass a step: BDF2, the reaction linearised about an extrapolation, an extrapolated body.
 
-    The potential is solved on the body extrapolated from the last solves of mechanics, then mechanics every
-    N steps. The first step, and the one after a released stretch, are of first order, which costs no order.
+    The potential is solved on the body extrapolated from the last two solves of mechanics, then mechanics
+    every N steps. Where J = 1 by construction the body is handed over once for the N steps, at their mean
+    time: what the first of them has too much the last has too little. The first step, and the one after a
+    released stretch, are of first order, which costs no order.
 
     Args:
-        every: Potential steps between solves of mechanics.
+        every: Potential steps N between solves of mechanics.
     """
 
     every: Annotated[int, Field(ge=1)] = 1
@@ -237,8 +239,11 @@ class SecondOrder:
         """One step."""
         potential, mechanics = model.potential, model.mechanics
         if mechanics is not None and not mechanics.held(start):
-            mechanics.hand_over(end, order=1)
-            potential.update_deformation()
+            first = model.steps % self.every == 0
+            if first or not potential.isochoric:
+                ahead = (self.every + 1) / 2 if potential.isochoric else 1
+                mechanics.hand_over(start + ahead * (end - start), order=1)
+                potential.update_deformation()
         potential.solve(end, model.extrapolated_potential(end, 2), model.weights(end, 2))
         potential.accept(keep=2)
         if mechanics is not None and (model.steps + 1) % self.every == 0:

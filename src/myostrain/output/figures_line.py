@@ -119,25 +119,42 @@ def _pulse(recording: Recording, twin: Recording | None, path: Path) -> Path:
     if twin is not None:
         same_time = int(np.abs(twin.time - recording.time[-1]).argmin())
         runs.append((twin, same_time, {"color": VERMILION, "label": "rigid", "dashes": (4, 2)}))
-    if moves:
-        for run, frame, line in runs:
-            panels[0].plot(*_over(run, frame, run.deformed(frame)), **line)
-        _finish(panels[0], recording, runs, "x")
     material = panels[1 if moves else 0]
     for run, frame, line in runs:
         material.plot(*_over(run, frame, run.points), **line)
+        if moves:
+            panels[0].plot(*_over(run, frame, run.deformed(frame)), **line)
+    for run, frame, line in runs:
         if run.has("recovery"):
-            line = line | {
-                "label": "recovery $w$" if run is recording else None,
-                "linewidth": 0.9,
-                "alpha": 0.8,
-            }
-            material.plot(*_over(run, frame, run.points, "recovery"), **line)
-    _finish(material, recording, runs, "X")
+            label = "recovery $w$" if run is recording else None
+            thin = line | {"label": label, "linewidth": 0.9, "alpha": 0.85}
+            material.plot(*_over(run, frame, run.points, "recovery"), **thin)
+    if moves:
+        _axes(panels[0], recording, "spatial $x$")
+        panels[0].set_xlim(*_both(panels[0].get_xlim(), material.get_xlim()))
+        material.set_xlim(panels[0].get_xlim())
+    _axes(material, recording, "material $X$" if moves else "$X$", with_recovery=recording.has("recovery"))
+    for panel in panels[: 1 + moves]:
+        panel.set_ylim(
+            *_both(
+                panel.get_ylim(),
+                (POTENTIAL[0], POTENTIAL[1] + 0.08) if _scaled(recording) else panel.get_ylim(),
+            )
+        )
+        panel.legend(loc="best")
     panels[0].set_title(at_time(recording.time[-1]))
     if table:
         _write_table(panels[-1], table, [run[2] for run in runs])
     return save(figure, path)
+
+
+def _both(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    return min(one[0], other[0]), max(one[1], other[1])
+
+
+def _scaled(recording: Recording) -> bool:
+    """Whether the potential is one of those that rest at 0 and peak near 1."""
+    return potential_range(recording.field("potential")) == POTENTIAL
 
 
 def _over(run: Recording, frame: int, coordinates: Array, name: str = "potential") -> tuple[Array, ...]:
@@ -146,18 +163,12 @@ def _over(run: Recording, frame: int, coordinates: Array, name: str = "potential
     return x, values
 
 
-def _finish(panel: Any, recording: Recording, runs: Any, axis: str) -> None:
-    names = {"x": "spatial $x$", "X": "material $X$" if recording.has("displacement") else "$X$"}
-    low, high = potential_range(
-        np.stack([run.field("potential", frame).take([0, -1]) for run, frame, _ in runs])
-    )
-    low, high = potential_range(np.concatenate([run.field("potential", frame) for run, frame, _ in runs]))
-    panel.set(xlabel=recording.label(names[axis], "length"), ylabel=recording.label("$v$", "potential"))
+def _axes(panel: Any, recording: Recording, name: str, *, with_recovery: bool = False) -> None:
+    """Labels of a panel that shows v over a coordinate, no margin at the sides, a thin line at rest."""
     panel.margins(x=0)
-    if high == 1.0:
-        panel.set_ylim(bottom=min(panel.get_ylim()[0], low), top=max(panel.get_ylim()[1], 1.08))
+    panel.set_xlabel(recording.label(name, "length"))
+    panel.set_ylabel(recording.label("$v$, $w$" if with_recovery else "$v$", "potential"))
     panel.axhline(0, color=GREY, linewidth=0.5, zorder=1)
-    panel.legend(loc="best")
 
 
 def _table(metrics: dict[str, Any], twin: dict[str, Any], moves: bool) -> list[list[str]]:
@@ -177,10 +188,9 @@ def _table(metrics: dict[str, Any], twin: dict[str, Any], moves: bool) -> list[l
 def _write_table(panel: Any, rows: list[list[str]], lines: list[dict[str, Any]]) -> None:
     panel.axis("off")
     columns = np.linspace(0.28, 0.82, 4)
-    heads = [(line["label"], line["color"]) for line in lines[: len(rows[0]) - 1]] + [("ratio", "black")]
-    heads = heads[: len(rows[0]) - 1]
+    heads = [*((line["label"], line["color"]) for line in lines), ("ratio", "black")]
     step = 1 / (len(rows) + 1)
-    for column, (head, colour) in zip(columns[1:], heads, strict=False):
+    for column, (head, colour) in zip(columns[1 : len(rows[0])], heads, strict=False):
         panel.text(column, 1 - step / 2, head, color=colour, ha="right", va="center", weight="bold")
     for i, row in enumerate(rows, start=1):
         for column, text in zip(columns, row, strict=False):
@@ -199,11 +209,7 @@ def _evolution(recording: Recording, path: Path, count: int = 6) -> Path:
             color=colour,
             label=at_time(recording.time[frame]),
         )
-    moves = recording.has("displacement")
-    panel.set_xlabel(recording.label("spatial $x$" if moves else "$X$", "length"))
-    panel.set_ylabel(recording.label("$v$", "potential"))
-    panel.margins(x=0)
-    panel.axhline(0, color=GREY, linewidth=0.5, zorder=1)
+    _axes(panel, recording, "spatial $x$" if recording.has("displacement") else "$X$")
     panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return save(figure, path)
 

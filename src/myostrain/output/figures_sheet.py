@@ -150,7 +150,7 @@ def _activation(recording: Recording, times: Array, path: Path) -> Path:
     levels = isochrone_levels(times)
     figure, panel = _page(recording, X, deformed=False)
     panel.tripcolor(
-        Triangulation(*X.T, cells), 0 * times, cmap=ListedColormap(["#e4e4e4"]), shading="gouraud"
+        Triangulation(*X.T, cells), np.zeros(len(X)), cmap=ListedColormap(["#e4e4e4"]), shading="gouraud"
     )
     body = Triangulation(*X.T, cells, mask=never[cells].any(axis=1))
     known = np.where(never, 0.0, times)
@@ -175,18 +175,19 @@ def _film(recording: Recording, path: Path) -> Path:
     All that stands still is drawn once; a frame costs the triangles and one look-up in a fixed palette.
     """
     frames = film_frames(len(recording.time))
-    places, ranges = [recording.points], []
+    places, extremes = [recording.points], []
     for frame in frames:
         x = recording.deformed(frame)
         places.append(np.array([x.min(axis=0), x.max(axis=0)]))
-        ranges.append(potential_range(recording.field("potential", frame)))
-    norm = Normalize(np.min(ranges), np.max(ranges))
+        v = recording.field("potential", frame)
+        extremes += [np.nanmin(v), np.nanmax(v)]
+    norm = Normalize(*potential_range(np.array(extremes)))
     figure, panel = _page(recording, np.concatenate(places), deformed=True, dpi=FILM_DPI)
     edges = boundary_edges(recording.cells)
     if recording.has("displacement"):
         panel.add_collection(_outline(recording.points, edges, GREY, zorder=1))
     label = recording.label("potential $v$", "potential")
-    _bar(figure, panel, ScalarMappable(norm, SEQUENTIAL), label, extend="min")
+    _bar(figure, panel, ScalarMappable(norm, SEQUENTIAL), label, extend=extend(norm, np.array(extremes)))
     clock = panel.set_title(at_time(recording.time[-1]), animated=True)
     canvas: Any = figure.canvas
     canvas.draw()
@@ -215,8 +216,8 @@ def _film(recording: Recording, path: Path) -> Path:
 
 def _palette() -> Image.Image:
     """The colours of a film: the map's and greys, so that no frame chooses its own and nothing flickers."""
-    colours = ScalarMappable(Normalize(0, 1), SEQUENTIAL).to_rgba(np.linspace(0, 1, 208), bytes=True)[:, :3]
-    greys = np.repeat(np.linspace(0, 255, 48).round().astype(np.uint8)[:, None], 3, axis=1)
+    colours = ScalarMappable(Normalize(0, 1), SEQUENTIAL).to_rgba(np.linspace(0, 1, 232), bytes=True)[:, :3]
+    greys = np.repeat(np.linspace(0, 255, 24).round().astype(np.uint8)[:, None], 3, axis=1)
     palette = Image.new("P", (1, 1))
     palette.putpalette(np.concatenate([colours, greys]).tobytes())
     return palette

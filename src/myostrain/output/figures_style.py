@@ -25,6 +25,8 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 GREY = "#8c8c8c"
 #: Colour maps: the potential and times; what has a sign.
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
+#: Ends of the scale of a potential that rests at 0 and peaks near 1.
+POTENTIAL = (-0.2, 1.0)
 
 _STYLE = {
     "axes.edgecolor": "#444444",
@@ -72,6 +74,7 @@ def new_figure(
     """
     figure = Figure(figsize=(width, height), dpi=dpi, layout=layout)
     FigureCanvasAgg(figure)
+    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)  # type: ignore[union-attr]
     if title:
         figure.suptitle(textwrap.fill(plain(title), max(20, int(11 * width))))
     return figure
@@ -124,7 +127,7 @@ def potential_range(v: npt.NDArray[np.float64]) -> tuple[float, float]:
         v: Potential, any shape, not empty.
     """
     low, high = float(np.nanmin(v)), float(np.nanmax(v))
-    return (-0.2, 1.0) if low > -1 and high < 2 else (low, high)
+    return POTENTIAL if low > -1 and high < 2 else (low, high)
 
 
 def symmetric_range(values: npt.NDArray[np.float64]) -> tuple[float, float]:

@@ -1,0 +1,209 @@
+"""Activation laws, active deformations, and what a line or a sheet means in three dimensions."""
+
+from mechanics_tools import (
+    active,
+    at_midpoints,
+    deformations,
+    directions,
+    field,
+    lifted,
+    mooney_rivlin_energy,
+    put,
+    rotations,
+    sample_mesh,
+)
+import myostrain as ms
+from myostrain import activation, kinematics
+from myostrain.activation import Fibre, Proportional
+from myostrain.kinematics import Deformation, Line, PlaneStrain, PlaneStress
+from myostrain.materials import MooneyRivlin
+
+import numpy as np
+import pytest
+import ufl
+
+N = 48
+EXPORTS = [
+    getattr(activation, name)
+    for name in activation.__all__
+    if not getattr(getattr(activation, name), "_is_protocol", False)
+]
+LAWS = [cls for cls in EXPORTS if hasattr(cls, "gamma")]
+DEFORMATIONS = [cls for cls in EXPORTS if hasattr(cls, "tensor")]
+SHEETS = [cls(constraint=c) for cls in (PlaneStress, PlaneStrain) for c in ("total", "elastic")]
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(142)
+
+
+class Active:
+    """Fo of a deformation at N samples, in UFL and evaluated."""
+
+    def __init__(self, deformation, dim):
+        mesh = sample_mesh(N)
+        self._gamma, self._f0 = field(mesh, ()), field(mesh, (dim,))
+        self._evaluate = at_midpoints(deformation.tensor(self._gamma, self._f0), mesh)
+
+    def __call__(self, gamma, f0):
+        put(self._gamma, gamma)
+        put(self._f0, f0)
+        return self._evaluate()
+
+
+def test_every_export_is_a_law_or_a_deformation():
+    """activation/__init__: a law has gamma(v), a deformation has tensor(gamma, f0); each export is one of them."""
+    assert {Proportional} <= set(LAWS)
+    assert {Fibre} <= set(DEFORMATIONS)
+    assert all((cls in LAWS) != (cls in DEFORMATIONS) for cls in EXPORTS)
+
+
+@pytest.mark.parametrize("law", [cls() for cls in LAWS], ids=str)
+def test_law_conformance(law):
+    """interface: no activation at rest, contraction at v = 1 without singular Fo, the same in numpy and in UFL."""
+    mesh = sample_mesh(N)
+    v = field(mesh, ())
+    samples = np.linspace(0.0, 1.0, N)
+    put(v, samples)
+    gamma = law.gamma(samples)
+    np.testing.assert_allclose(at_midpoints(law.gamma(v), mesh)(), gamma, rtol=1e-14, atol=1e-15)
+    assert gamma[0] == 0
+    assert -1 < gamma[-1] < 0
+    assert law.gamma(1.0) == pytest.approx(gamma[-1], rel=1e-14)
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize("deformation", [cls() for cls in DEFORMATIONS], ids=str)
+def test_active_deformation_conformance(deformation, dim, rng):
+    """(1.2): Fo = 1 without activation, det Fo > 0, and turning the fibre turns Fo: Fo(Q n) = Q Fo(n) Qᵀ."""
+    evaluate = Active(deformation, dim)
+    gamma, n, Q = rng.uniform(-0.6, 0.6, N), directions(N, dim, rng), rotations(N, dim, rng)
+    Fo = evaluate(gamma, n)
+    one = np.broadcast_to(np.eye(dim), Fo.shape)
+    np.testing.assert_allclose(evaluate(np.zeros(N), n), one, rtol=0, atol=1e-15)
+    assert np.linalg.det(Fo).min() > 0
+    turned = evaluate(gamma, np.einsum("nij,nj->ni", Q, n))
+    np.testing.assert_allclose(turned, Q @ Fo @ Q.transpose(0, 2, 1), rtol=0, atol=1e-14)  # measured 1e-15
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_fibre_deforms_the_fibre_alone(dim, rng):
+    """(1.4): Fo n = (1 + γ) n, Fo m = m across, so det Fo = 1 + γ."""
+    gamma, n = rng.uniform(-0.6, 0.6, N), directions(N, dim, rng)
+    Fo = Active(Fibre(), dim)(gamma, n)
+    across = rng.standard_normal((N, dim))
+    across -= (across * n).sum(1, keepdims=True) * n
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", Fo, n), (1 + gamma)[:, None] * n, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", Fo, across), across, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(np.linalg.det(Fo), 1 + gamma, rtol=1e-13)
+
+
+def test_proportional_law():
+    """(3.4): γ = −β v; β = 0.3 unless given, 0 ≤ β < 1."""
+    assert Proportional().gamma(1.0) == -0.3
+    np.testing.assert_array_equal(Proportional(beta=0.5).gamma(np.array([0.0, 0.5, -0.2])), [0.0, -0.25, 0.1])
+    assert Proportional(beta=0.0).gamma(0.7) == 0
+
+
+@pytest.mark.parametrize("beta", [-0.1, 1.0, 1.5, np.nan, np.inf, "much"])
+def test_proportional_law_refuses(beta):
+    """Proportional: 0 ≤ β < 1; at β = 1 the active deformation is singular."""
+    with pytest.raises(ValueError, match="beta"):
+        Proportional(beta=beta)
+
+
+class Lifted:
+    """A kinematics' lift, volume ratio and constraint at N samples; the energy of a material on the lift."""
+
+    def __init__(self, kinematic, material=None):
+        mesh = sample_mesh(N)
+        dim, tensor_dim = kinematic.dim, kinematic.tensor_dim
+        self._F, self._gamma, self._n = field(mesh, (dim, dim)), field(mesh, ()), field(mesh, (tensor_dim,))
+        Fo = Fibre().tensor(self._gamma, self._n)
+        Jo = ufl.det(Fo)
+        F = kinematic.lift(self._F, Jo)
+        terms = [F[i, j] for i in range(tensor_dim) for j in range(tensor_dim)]
+        terms += [ufl.as_ufl(kinematic.volume_ratio(self._F, Jo))]
+        terms += [kinematic.constraint_residual(self._F, Jo) if kinematic.has_pressure else 0]
+        terms += [Jo * material.energy(F * ufl.inv(Fo), self._n) if material else 0]
+        self._evaluate, self._dim = at_midpoints(ufl.as_vector(terms), mesh), tensor_dim
+
+    def __call__(self, F, gamma, n):
+        put(self._F, F)
+        put(self._gamma, gamma)
+        put(self._n, n)
+        values = self._evaluate()
+        return values[:, :-3].reshape(N, self._dim, self._dim), *values[:, -3:].T
+
+
+def in_plane(rng):
+    """Gradients (N, 2, 2), active strains and fibres (N, 3) in the plane."""
+    n = np.pad(directions(N, 2, rng), ((0, 0), (0, 1)))
+    return deformations(N, 2, rng), rng.uniform(-0.6, 0.6, N), n
+
+
+@pytest.mark.parametrize("kinematic", SHEETS, ids=str)
+def test_sheets_in_three_dimensions(kinematic, rng):
+    """model.md, reading 2, and (3.8): λ₃ = J / det F₂ in plane stress, 1 in plane strain, where the pressure drives
+    det F₂ − J to zero; J = 1 for the body, Jo where the elastic part is isochoric. The energy is that of 3D.
+    """
+    mu, mu_2 = 1.7, 0.6
+    F2, gamma, n = in_plane(rng)
+    F, J, constraint, energy = Lifted(kinematic, MooneyRivlin(mu=mu, mu_2=mu_2))(F2, gamma, n)
+
+    target = np.ones(N) if kinematic.constraint == "total" else 1 + gamma
+    area = np.linalg.det(F2)
+    plane_stress = isinstance(kinematic, PlaneStress)
+    expected = lifted(F2, target / area if plane_stress else np.ones(N))
+    np.testing.assert_allclose(F, expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(J, target, rtol=1e-14)
+    if plane_stress:
+        np.testing.assert_allclose(np.linalg.det(F), target, rtol=1e-13)
+    else:
+        np.testing.assert_allclose(constraint, area - target, rtol=0, atol=1e-14)
+    Fe = expected @ np.linalg.inv(active(gamma, n))
+    by_hand = (1 + gamma) * mooney_rivlin_energy(Fe, mu, mu_2)
+    np.testing.assert_allclose(energy, by_hand, rtol=0, atol=1e-13 * by_hand.max())  # measured 1e-15
+
+
+def test_plane_stress_energy_is_model_mds(rng):
+    """model.md, reading 2: energy density μ/2 (1 + γ)(|F₂ Fo⁻¹|² + 1/(det F₂)² − 3) for the neo-Hookean sheet."""
+    F2, gamma, n = in_plane(rng)
+    *_, energy = Lifted(PlaneStress(), ms.materials.NeoHookean(mu=1.7))(F2, gamma, n)
+    Fe = F2 @ np.linalg.inv(active(gamma, n[:, :2]))
+    density = 0.85 * (1 + gamma) * ((Fe**2).sum((1, 2)) + np.linalg.det(F2) ** -2 - 3)
+    np.testing.assert_allclose(energy, density, rtol=0, atol=1e-13 * density.max())
+
+
+def test_line_is_one_dimensional(rng):
+    """model.md, reading 1: F = J = x′, no transverse direction."""
+    F = rng.uniform(0.5, 1.5, (N, 1, 1))
+    F_seen, J, *_ = Lifted(Line())(F, rng.uniform(-0.5, 0.5, N), np.ones((N, 1)))
+    np.testing.assert_array_equal(F_seen, F)
+    np.testing.assert_array_equal(J, F[:, 0, 0])
+
+
+@pytest.mark.parametrize("name", ["Line", "PlaneStress", "PlaneStrain"])
+def test_kinematics_describe_themselves(name):
+    """kinematics.Kinematics: dimensions are consistent, and where no pressure is unknown there is no constraint."""
+    kinematic = getattr(kinematics, name)()
+    assert (kinematic.dim, kinematic.tensor_dim) in {(1, 1), (2, 3)}
+    if not kinematic.has_pressure:
+        with pytest.raises(NotImplementedError):
+            kinematic.constraint_residual(np.eye(kinematic.dim), 1.0)
+
+
+@pytest.mark.parametrize("cls", [PlaneStress, PlaneStrain])
+def test_constraint_is_one_of_two(cls):
+    """interface.md: constraint = "total" | "elastic"."""
+    with pytest.raises(ValueError, match="constraint"):
+        cls(constraint="none")
+
+
+def test_isochoric_by_construction():
+    """Deformation: J is the float one where the constraint says so, and no other J passes for it."""
+    assert Deformation(F=None).isochoric
+    assert Deformation(F=None, J=PlaneStress().volume_ratio(None, 0.7)).isochoric
+    assert not Deformation(F=None, J=PlaneStress(constraint="elastic").volume_ratio(None, 0.7)).isochoric
+    assert not Deformation(F=None, J=0.7).isochoric
