@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import io
+import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 from unittest import mock
 
 from myostrain import cli
+from myostrain.engine import MPI
 
 import tomlkit
 
@@ -37,6 +39,9 @@ SHEET: dict[str, Any] = {
     "mechanics": {"kinematics": "plane-stress", "constraint": "total", "robin": 1.0, "every": 1},
     "probes": {"a": [10.0, 12.0], "b": [10.0, 5.0]},
 }
+
+#: This process alone, whatever mpiexec started.
+ALONE = MPI.COMM_SELF
 
 #: In place of a value: the key is removed.
 REMOVED = object()
@@ -72,7 +77,7 @@ class Outcome:
     err: str
 
 
-def myostrain(*arguments: Any) -> Outcome:
+def command_line(*arguments: Any) -> Outcome:
     """Call the command line in this process."""
     out, err, status = io.StringIO(), io.StringIO(), 0
     with (
@@ -85,3 +90,22 @@ def myostrain(*arguments: Any) -> Outcome:
         except SystemExit as stop:
             status = int(stop.code or 0)
     return Outcome(status, out.getvalue(), err.getvalue())
+
+
+#: The command line in a process of its own.
+COMMAND = (sys.executable, "-c", "from myostrain.cli import main; main()")
+
+
+def other_process(
+    *arguments: Any, launcher: tuple[str, ...] = (), cwd: Path, timeout: float = 60.0
+) -> Outcome:
+    """Call the command line in a process of its own, or in several by a launcher; too long is an error."""
+    done = subprocess.run(
+        [*launcher, *COMMAND, *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        check=False,
+    )
+    return Outcome(done.returncode, done.stdout, done.stderr)

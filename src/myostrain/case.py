@@ -16,7 +16,7 @@ from myostrain.errors import InputError, nearest
 from myostrain.initial import Bump
 from myostrain.mechanics import ImposedStretch, Mechanics
 from myostrain.output.fields import FieldName
-from myostrain.potential import Balance, Potential
+from myostrain.potential import Balance, Mass, Potential
 from myostrain.simulation import Simulation
 from myostrain.validation import NonNegative, Positive, description
 
@@ -47,6 +47,7 @@ class PotentialSection:
 
     diffusivity: Positive | tuple[Positive, Positive] = 100.0
     balance: Balance = "conservative"
+    mass: Mass = "lumped"
 
 
 @description
@@ -271,6 +272,7 @@ class Case:
             cell=self.cell,
             diffusivity=self.potential.diffusivity,
             balance=self.potential.balance,
+            mass=self.potential.mass,
             deformation=mechanics.deformation,
             options=self.solver.get("potential"),
         )

@@ -40,6 +40,8 @@ class Electromechanics:
     Attributes:
         time: Simulated time of the present state.
         coupling_iterations: Fixed-point iterations done so far (the implicit scheme).
+        displacement_lag: Largest difference so far between the body that the potential was solved on and the
+            one that mechanics then found for the same time (the schemes of one pass).
 
     Raises:
         InputError: The activation makes Fo singular, or the conservative balance ill-posed.
@@ -55,6 +57,7 @@ class Electromechanics:
         self.time = 0.0
         self.steps = 0
         self.coupling_iterations = 0
+        self.displacement_lag = 0.0
         self._times: list[float] = []
 
     def start(self) -> None:
@@ -88,6 +91,21 @@ class Electromechanics:
     def extrapolated_potential(self, end: float, order: int) -> np.ndarray:
         """The potential at ``end`` by a polynomial through its last ``order`` values (nodal, local)."""
         return self.potential.extrapolate(extrapolation_weights(self._times[:order], end))
+
+    def solve_mechanics(self, end: float, order: int, handed_over: int) -> None:
+        """Solve mechanics for the present potential and accept it.
+
+        Args:
+            end: Time of the present potential.
+            order: Order of viscous rates in time.
+            handed_over: Order of the extrapolation by which the potential saw the body until now.
+        """
+        assert self.mechanics is not None
+        self._give_potential()
+        self.mechanics.solve(end, order=order)
+        if not self.mechanics.held(end):
+            self.displacement_lag = max(self.displacement_lag, self.mechanics.lag(end, handed_over))
+        self.mechanics.accept(end)
 
     def _give_potential(self) -> None:
         assert self.mechanics is not None
@@ -146,7 +164,7 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> None:
     ):
         raise InputError(
             "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v (γ = −βv needs "
-            'β < 0.5); take a smaller beta, potential.balance = "advective", or mechanics.relaxation_time > 0',
+            'β < 0.5); a smaller beta, potential.balance = "advective", or mechanics.relaxation_time > 0',
             key,
         )
 
@@ -212,16 +230,14 @@ class Staggered:
         potential.solve(end, potential.v.x.array.copy(), model.weights(end, 1))
         potential.accept(keep=1)
         if mechanics is not None and (model.steps + 1) % self.every == 0:
-            mechanics.v.x.array[:] = potential.v.x.array
-            mechanics.solve(end)
-            mechanics.accept(end)
+            model.solve_mechanics(end, order=1, handed_over=0)
             mechanics.hand_over(end)
             potential.update_deformation()
 
 
 @description
 class SecondOrder:
-    """Second order, one pass a step: BDF2, the reaction linearised about an extrapolation, an extrapolated body.
+    """Second order, one pass a step: BDF2, reaction linearised about an extrapolation, extrapolated body.
 
     The potential is solved on the body extrapolated from the last two solves of mechanics, then mechanics
     every N steps. Where J = 1 by construction the body is handed over once for the N steps, at their mean
@@ -247,6 +263,4 @@ class SecondOrder:
         potential.solve(end, model.extrapolated_potential(end, 2), model.weights(end, 2))
         potential.accept(keep=2)
         if mechanics is not None and (model.steps + 1) % self.every == 0:
-            mechanics.v.x.array[:] = potential.v.x.array
-            mechanics.solve(end, order=2)
-            mechanics.accept(end)
+            model.solve_mechanics(end, order=2, handed_over=1)

@@ -58,7 +58,7 @@ NATIVE_FLAGS = [
 
 @cache
 def cpu_key() -> str:
-    """A short key of this processor: kernels for one are not loaded on another that shares the home folder."""
+    """A short key of this processor: another one that shares the home folder makes its own kernels."""
     description = platform.machine() + platform.processor()
     with contextlib.suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text().splitlines():

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from myostrain.engine import MPI
+from typing import Literal
+
+from myostrain.engine import MPI, compile_form, fem
 from myostrain.errors import InputError
 from myostrain.potential import Potential
+from myostrain.solvers import assemble_nodal
 from myostrain.validation import Finite, Positive, description
 
 import numpy as np
+import ufl
 
 
 @description
@@ -18,11 +22,14 @@ class Bump:
         potential: Value in the bump.
         center: Its centre, material coordinates; missing components are zero.
         radius: Its radius, positive.
+        sampling: "nodal": each node takes the value at its point, so that the bump's size jumps with the
+            mesh; "mean": it takes the mean around it, weighted by its basis function, which keeps ∫ v dX.
     """
 
     potential: Finite
     center: tuple[Finite, ...]
     radius: Positive
+    sampling: Literal["nodal", "mean"] = "nodal"
 
     def apply(self, to: Potential) -> None:
         """Set the potential.
@@ -43,4 +50,14 @@ class Bump:
                 f"{nearest:.4g} away: a larger radius, another centre, or a finer mesh",
                 "initial.radius",
             )
-        to.v.x.array[:] = np.where(inside, self.potential, to.cell.resting_potential())
+        share = inside.astype(float) if self.sampling == "nodal" else self._mean(to)
+        rest = to.cell.resting_potential()
+        to.v.x.array[:] = rest + (self.potential - rest) * share
+
+    def _mean(self, to: Potential) -> np.ndarray:
+        """Share of the bump in each node's surroundings, weighted by the node's basis function."""
+        mesh, test = to.body.mesh, ufl.TestFunction(to.v.function_space)
+        arm = ufl.SpatialCoordinate(mesh) - fem.Constant(mesh, np.array(self.center[: to.body.dim]))
+        inside = ufl.conditional(ufl.le(ufl.dot(arm, arm), fem.Constant(mesh, self.radius**2)), 1.0, 0.0)
+        dx = ufl.dx(metadata={"quadrature_degree": 20})  # the integrand jumps: many points in place of order
+        return assemble_nodal(compile_form(inside * test * dx)) / to.weight

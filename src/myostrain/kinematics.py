@@ -35,7 +35,7 @@ class Kinematics(Protocol):
         ...
 
     def volume_ratio(self, F: Any, Jo: Any) -> Any:
-        """J = det F as the balance of the potential uses it (2.8); the float 1.0 where it is one by constraint."""
+        """J = det F as the balance of the potential uses it (2.8); 1.0 where it is one by constraint."""
         ...
 
     def constraint_residual(self, F: Any, Jo: Any) -> Any:

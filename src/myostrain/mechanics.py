@@ -12,7 +12,7 @@ from myostrain.geometry import Body
 from myostrain.history import History, backward_difference
 from myostrain.kinematics import Deformation, Kinematics
 from myostrain.materials import Material
-from myostrain.solvers import ChordNewton, Options, assemble_nodal, owned_dofs
+from myostrain.solvers import ChordNewton, Options, assemble_nodal, largest, owned_dofs
 from myostrain.supports import fixed_conditions, rigid_body_pins
 from myostrain.timing import timed
 from myostrain.validation import Positive, description, with_constants
@@ -22,8 +22,8 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 
-#: Degree of the quadrature by that of the displacement, as low as keeps the order of the elements: one point for
-#: P1 (the gradient is constant, γ is taken at the centre), degree 3 for P2.
+#: Degree of the quadrature by that of the displacement, as low as keeps the order of the elements: one point
+#: for P1 (the gradient is constant, γ is taken at the centre), degree 3 for P2.
 QUADRATURE_DEGREE = {1: 1, 2: 3}
 
 
@@ -50,9 +50,9 @@ class ImposedStretch:
 class Mechanics:
     """The deforming body: finds the displacement for a given potential.
 
-    The energy of the body is ∫ Jo W(F Fo⁻¹) dX + k/2 ∫ |u|² dS, under J = 1 or det Fe = 1 as ``kinematics`` says;
-    stress (3.3) and tangent follow by differentiation. A free body (no support, nothing fixed) is held at
-    as many points as it has rigid motions; the reactions there are zero.
+    The energy of the body is ∫ Jo W(F Fo⁻¹) dX + k/2 ∫ |u|² dS, under J = 1 or det Fe = 1 as ``kinematics``
+    says; stress (3.3) and tangent follow by differentiation. A free body (no support, nothing fixed) is held
+    at as many points as it has rigid motions; the reactions there are zero.
 
     Args:
         body: The reference body.
@@ -142,15 +142,16 @@ class Mechanics:
             conditions += rigid_body_pins(body, space, mixed)
         low, high = body.extent()
         self.size = float(np.linalg.norm(high - low))
-        measured = None
+        self._measured = None
         if mixed:
             dofs = np.asarray(space.sub(0).collapse()[1], dtype=np.int32)
-            measured = dofs[dofs < owned_dofs(space)]
+            self._measured = dofs[dofs < owned_dofs(space)]
+        self._work = np.zeros_like(self.u.x.array)
         self.solver = ChordNewton(
             residual,
             self.u,
             conditions,
-            measured=measured,
+            measured=self._measured,
             tolerance=tolerance * self.size,
             options=options,
             saddle_point=mixed,
@@ -299,6 +300,21 @@ class Mechanics:
         """
         self.history.extrapolate(time, order, self.handed.x.array)
 
+    def lag(self, time: float, order: int) -> float:
+        """Largest difference between the displacement found for ``time`` and the one handed over for it.
+
+        The error that the potential sees because the body is extrapolated, in units of length; call it
+        between :meth:`solve` and :meth:`accept`.
+
+        Args:
+            time: Simulated time of the present configuration.
+            order: Order of the extrapolation, as in :meth:`hand_over`.
+        """
+        self.history.extrapolate(time, order, self._work)
+        difference = self.u.x.array - self._work
+        dofs = slice(0, owned_dofs(self.u.function_space)) if self._measured is None else self._measured
+        return largest(difference[dofs], self.body.comm)
+
     def hand_over_present(self) -> None:
         """Write the present configuration, accepted or not, into ``handed``."""
         self.handed.x.array[:] = self.u.x.array
@@ -319,8 +335,8 @@ def _check_fit(
 ) -> None:
     if kinematics.dim != body.dim:
         raise InputError(
-            f"{type(kinematics).__name__} describes a body of dimension {kinematics.dim}, this mesh has dimension "
-            f"{body.dim}",
+            f"{type(kinematics).__name__} describes a body of dimension {kinematics.dim}, "
+            f"this mesh has dimension {body.dim}",
             "mechanics.kinematics",
         )
     if material.tensor_dim != kinematics.tensor_dim:

@@ -262,8 +262,7 @@ class ChordNewton:
             fresh, size = False, following
             if damping == 1.0:
                 self._rate = contraction if kept else math.inf
-                error = size if contraction < 0.5 else size * contraction / (1 - contraction)
-                if error <= self.tolerance:
+                if size * contraction / (1 - contraction) <= self.tolerance:
                     x.array[:] -= dx
                     x.scatter_forward()
                     return iteration

@@ -15,8 +15,12 @@ from dolfinx.fem import petsc as fem_petsc
 
 DEGREE = 4  # of the quadrature, the same on both sides
 ROBIN, BETA = 0.7, 0.35
-SHEETS = [cls(constraint=c) for cls in (PlaneStress, PlaneStrain) for c in ("total", "elastic")]
-MATERIALS = [NeoHookean(mu=1.7), MooneyRivlin(mu=1.7, mu_2=0.6)]
+SHEETS = [
+    (cls(constraint=c), MooneyRivlin(mu=1.7, mu_2=0.6))
+    for cls in (PlaneStress, PlaneStrain)
+    for c in ("total", "elastic")
+]
+SHEETS += [(PlaneStress(), NeoHookean(mu=1.7))]
 
 
 def load(mesh):
@@ -75,8 +79,7 @@ def printed_residual(mechanics, material):
     return density * dx + loads
 
 
-@pytest.mark.parametrize("kinematic", SHEETS, ids=str)
-@pytest.mark.parametrize("material", MATERIALS, ids=str)
+@pytest.mark.parametrize("kinematic, material", SHEETS, ids=str)
 def test_residual_is_the_printed_stress_and_the_tangent_its_derivative(kinematic, material, monkeypatch):
     """(1.6), (3.3), (7.5) and (7.8) on a sheet with oblique fibres and varying γ, at an arbitrary state; tangent
     against finite differences of the residual, in a random direction.
@@ -111,8 +114,8 @@ def check_tangent(mechanics):
     h = 1e-4
     rate = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
     unknown.x.array[:] = state
-    # Measured 2e-11 at most of the largest entry: round-off / h, and h⁴ of the plane-stress energy 1/(det F₂)².
-    np.testing.assert_allclose(rate, product.array, rtol=0, atol=1e-9 * np.abs(product.array).max())
+    # Measured 8e-12 at most of the largest entry: round-off / h, and h⁴ of the plane-stress energy 1/(det F₂)².
+    np.testing.assert_allclose(rate, product.array, rtol=0, atol=2e-10 * np.abs(product.array).max())
     assert tangent.isSymmetric(1e-12 * np.abs(product.array).max())
 
 

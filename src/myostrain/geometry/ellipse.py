@@ -55,7 +55,7 @@ class Ellipse:
 
 
 def disk_of_rings(rings: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Points (n, 2) and triangles (6 rings², 3) of the unit disk; ring i has 6 i points at radius i / rings."""
+    """Points (n, 2) and triangles (6 rings², 3) of the unit disk; ring i has 6 i points."""
     ring = np.repeat(np.arange(rings + 1), np.maximum(1, 6 * np.arange(rings + 1)))
     first = np.concatenate([[0], 1 + 3 * np.arange(rings + 1) * np.arange(1, rings + 2)])  # of each ring
     place = np.arange(len(ring)) - first[ring]

@@ -55,7 +55,7 @@ def to_meshed(comm: Any, make: Callable[[Any], int], what: str) -> Meshed:
                 groups = [(d, tag, _name(gmsh.model, d, tag)) for d, tag in gmsh.model.getPhysicalGroups()]
             except InputError as error:
                 problem = str(error)
-            except Exception as error:  # gmsh raises plain Exception
+            except Exception as error:  # noqa: BLE001 - gmsh raises plain Exception
                 problem = f"{what}: gmsh says: {str(error).strip()}"
         problem, dim, groups = comm.bcast((problem, dim, groups), root=0)
         if problem is not None:

@@ -42,7 +42,7 @@ class Recording:
             time: Array = np.asarray(file["time"], dtype=float)
         except KeyError as error:
             raise InputError(
-                f"{file.filename} holds no points, cells and time, so no run of myostrain wrote it; run the case again"
+                f"{file.filename} holds no points, cells and time, so no run wrote it; run the case again"
             ) from error
         self._fields = {name for name in file if name not in ("points", "cells", "time", "activation_time")}
         # A run that was cut off while writing may lack some fields of its last frame.
@@ -57,8 +57,9 @@ class Recording:
 
     @property
     def title(self) -> str:
-        """The case's title, or the folder's name."""
-        return str(self.case.get("title") or self.folder.resolve().name)
+        """The case's title, or the folder's name, and whether the run did not reach its end."""
+        title = str(self.case.get("title") or self.folder.resolve().name)
+        return title if self.results else f"{title} (run not finished)"
 
     @property
     def metrics(self) -> dict[str, float | None]:

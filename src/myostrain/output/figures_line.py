@@ -1,4 +1,4 @@
-"""Pictures of a line: the pulse at the end, over space and time, and as it forms (the paper's figures 1, 2)."""
+"""Pictures of a line: its pulse at the end, over space and time, as it forms (the paper's figures 1, 2)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from myostrain.output.figures_data import Recording
 from myostrain.output.figures_style import (
     BLUE,
     GREY,
+    POTENTIAL,
     SEQUENTIAL,
     VERMILION,
     at_time,
@@ -84,6 +85,23 @@ def leading_edge(X: Array, v: Array, level: float = 0.5) -> Array:
     return np.where(falls.any(axis=1), X[last] + share * (X[last + 1] - X[last]), np.nan)
 
 
+def resampled(values: Array, at: Array, count: int) -> Array:
+    """Values at evenly spaced places, linear between the given ones.
+
+    Args:
+        values: Values (n, k).
+        at: Where they are, (n,), strictly ascending, two or more.
+        count: How many places, from the first to the last of ``at``.
+
+    Returns:
+        Values (count, k).
+    """
+    places = np.linspace(at[0], at[-1], count)
+    i = np.clip(np.searchsorted(at, places, side="right") - 1, 0, len(at) - 2)
+    share = ((places - at[i]) / (at[i + 1] - at[i]))[:, None]
+    return (1 - share) * values[i] + share * values[i + 1]
+
+
 def draw_line(recording: Recording, twin: Recording | None, folder: Path) -> list[Path]:
     """Draw ``potential.png``, ``evolution.png`` and ``space-time.png`` of a line.
 
@@ -129,18 +147,15 @@ def _pulse(recording: Recording, twin: Recording | None, path: Path) -> Path:
             label = "recovery $w$" if run is recording else None
             thin = line | {"label": label, "linewidth": 0.9, "alpha": 0.85}
             material.plot(*_over(run, frame, run.points, "recovery"), **thin)
+    _axes(material, recording, "material $X$" if moves else "$X$", with_recovery=recording.has("recovery"))
     if moves:
         _axes(panels[0], recording, "spatial $x$")
-        panels[0].set_xlim(*_both(panels[0].get_xlim(), material.get_xlim()))
-        material.set_xlim(panels[0].get_xlim())
-    _axes(material, recording, "material $X$" if moves else "$X$", with_recovery=recording.has("recovery"))
+        same = _both(panels[0].get_xlim(), material.get_xlim())
+        panels[0].set_xlim(same)
+        material.set_xlim(same)
     for panel in panels[: 1 + moves]:
-        panel.set_ylim(
-            *_both(
-                panel.get_ylim(),
-                (POTENTIAL[0], POTENTIAL[1] + 0.08) if _scaled(recording) else panel.get_ylim(),
-            )
-        )
+        if _scaled(recording):
+            panel.set_ylim(*_both(panel.get_ylim(), (POTENTIAL[0], POTENTIAL[1] + 0.08)))
         panel.legend(loc="best")
     panels[0].set_title(at_time(recording.time[-1]))
     if table:
@@ -220,7 +235,9 @@ def _space_time(recording: Recording, twin: Recording | None, path: Path) -> Pat
     figure = new_figure(7.2, 4.4, recording.title)
     panel = figure.add_subplot()
     norm = Normalize(*potential_range(v))
-    image = panel.pcolormesh(X, recording.time, v, norm=norm, shading="gouraud", rasterized=True)
+    fine = resampled(resampled(v, recording.time, 600).T, X, 1200).T
+    extent = (X[0], X[-1], recording.time[0], recording.time[-1])
+    image = panel.imshow(fine, norm=norm, extent=extent, origin="lower", aspect="auto")
     bar = figure.colorbar(image, ax=panel, extend=extend(norm, v), pad=0.02)
     bar.set_label(recording.label("potential $v$", "potential"))
     bar.outline.set_visible(False)

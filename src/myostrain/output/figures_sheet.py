@@ -1,4 +1,4 @@
-"""Pictures of a sheet: potential and stress on the deformed body (the paper's figure 3), isochrones, a film."""
+"""Pictures of a sheet: potential and stress on the deformed body (the paper's figure 3), isochrones, film."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 from myostrain.output.figures_data import Recording
 from myostrain.output.figures_style import (
     DIVERGING,
+    DPI,
     GREY,
     SEQUENTIAL,
     at_time,
@@ -64,7 +65,8 @@ def isochrone_levels(times: Array, count: int = 12) -> Array:
     """
     if np.isnan(times).all() or np.nanmin(times) == np.nanmax(times):
         return np.empty(0)
-    return MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]).tick_values(np.nanmin(times), np.nanmax(times))
+    locator = MaxNLocator(count, steps=[1, 2, 2.5, 5, 10])
+    return np.asarray(locator.tick_values(np.nanmin(times), np.nanmax(times)))
 
 
 def film_frames(count: int, most: int = FRAMES) -> list[int]:
@@ -101,17 +103,13 @@ def draw_sheet(recording: Recording, folder: Path) -> list[Path]:
     return written
 
 
-def _page(
-    recording: Recording, places: Array, *, deformed: bool, dpi: int | None = None
-) -> tuple[Figure, Any]:
+def _page(recording: Recording, places: Array, *, deformed: bool, dpi: int = DPI) -> tuple[Figure, Any]:
     """A figure whose one panel has equal axes and fits the places (n, 2)."""
     low, high = places.min(axis=0), places.max(axis=0)
     low, high = low - 0.04 * (high - low).max(), high + 0.04 * (high - low).max()
-    width, height = 5.4 * (high - low) / (high - low).max()
-    width, height = max(width, 1.5), max(height, 1.5)
-    figure = new_figure(
-        width + 1.9, height + 1.2, recording.title, layout="compressed", **({"dpi": dpi} if dpi else {})
-    )
+    width, height = np.maximum(5.4 * (high - low) / (high - low).max(), 1.5)
+    beside = np.array([1.9, 1.2] if width < 1.5 * height else [1.4, 2.2])  # for title, labels, colour bar
+    figure = new_figure(*(beside + [width, height]), recording.title, compress=True, dpi=dpi)
     panel = figure.add_subplot(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     x, y = ("x", "y") if deformed else ("X", "Y")
     panel.set(xlabel=recording.label(f"${x}$", "length"), ylabel=recording.label(f"${y}$", "length"))
@@ -119,11 +117,13 @@ def _page(
 
 
 def _outline(points: Array, edges: npt.NDArray[np.int64], colour: str, zorder: float = 3) -> LineCollection:
-    return LineCollection(points[edges], colors=colour, linewidths=0.8, capstyle="round", zorder=zorder)
+    return LineCollection(list(points[edges]), colors=colour, linewidths=0.8, capstyle="round", zorder=zorder)
 
 
 def _bar(figure: Figure, panel: Any, mappable: Any, label: str, **options: Any) -> None:
-    bar = figure.colorbar(mappable, ax=panel, shrink=0.8, pad=0.03, **options)
+    wide = np.ptp(panel.get_xlim()) > 1.5 * np.ptp(panel.get_ylim())
+    place = {"location": "bottom", "aspect": 30} if wide else {"location": "right", "pad": 0.03}
+    bar = figure.colorbar(mappable, ax=panel, shrink=0.8, **place, **options)
     bar.set_label(label)
     bar.outline.set_visible(False)
 
@@ -165,7 +165,9 @@ def _activation(recording: Recording, times: Array, path: Path) -> Path:
             plain(name), place, (5, 4), textcoords="offset points", fontsize=9, path_effects=halo, zorder=5
         )
     if never.any():
-        panel.legend(handles=[Patch(color="#e4e4e4", label="not activated")], loc="lower left")
+        panel.legend(
+            handles=[Patch(color="#e4e4e4", label="not activated")], loc="lower left", bbox_to_anchor=(0, 1)
+        )
     return save(figure, path)
 
 

@@ -6,7 +6,6 @@ import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from myostrain.errors import InputError
 
@@ -16,6 +15,7 @@ import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 #: Dots per inch of the still pictures.
 DPI = 150
@@ -61,7 +61,7 @@ def style() -> Iterator[None]:
 
 
 def new_figure(
-    width: float, height: float, title: str = "", *, dpi: int = DPI, layout: Any = "constrained"
+    width: float, height: float, title: str = "", *, dpi: int = DPI, compress: bool = False
 ) -> Figure:
     """An empty figure that draws without a screen.
 
@@ -70,11 +70,11 @@ def new_figure(
         height: Height in inches.
         title: Its title, taken literally and broken into lines that fit.
         dpi: Dots per inch.
-        layout: Matplotlib's layout engine.
+        compress: Whether to leave no gaps beside panels of fixed proportions.
     """
+    layout = ConstrainedLayoutEngine(compress=compress, w_pad=0.08, h_pad=0.06)
     figure = Figure(figsize=(width, height), dpi=dpi, layout=layout)
     FigureCanvasAgg(figure)
-    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)  # type: ignore[union-attr]
     if title:
         figure.suptitle(textwrap.fill(plain(title), max(20, int(11 * width))))
     return figure
@@ -143,6 +143,7 @@ def symmetric_range(values: npt.NDArray[np.float64]) -> tuple[float, float]:
 
 def extend(norm: Normalize, values: npt.NDArray[np.float64]) -> str:
     """Which ends of a colour bar to draw pointed, as values lie beyond: "neither", "min", "max" or "both"."""
-    slack = 0.01 * (norm.vmax - norm.vmin)  # type: ignore[operator]
-    below, above = np.nanmin(values) < norm.vmin - slack, np.nanmax(values) > norm.vmax + slack
+    low, high = float(norm.vmin or 0.0), float(norm.vmax or 0.0)
+    slack = 0.01 * (high - low)
+    below, above = bool(np.nanmin(values) < low - slack), bool(np.nanmax(values) > high + slack)
     return {(False, False): "neither", (True, False): "min", (False, True): "max"}.get((below, above), "both")

@@ -71,12 +71,15 @@ def _line_metrics(model: Electromechanics, displacement: Any) -> dict[str, float
     }
 
 
-def solver_counts(model: Electromechanics) -> dict[str, dict[str, int]]:
-    """Solves, iterations, factorizations of each solver, and of the coupling."""
-    counts = {"potential": model.potential.solver.counters.as_dict()}
+def solver_counts(model: Electromechanics) -> dict[str, dict[str, float]]:
+    """Solves, iterations, factorizations of each solver; of the coupling, iterations and the body's lag."""
+    counts: dict[str, dict[str, float]] = {"potential": {**model.potential.solver.counters.as_dict()}}
     if model.mechanics is not None:
-        counts["mechanics"] = model.mechanics.solver.counters.as_dict()
-    counts["coupling"] = {"iterations": model.coupling_iterations}
+        counts["mechanics"] = {**model.mechanics.solver.counters.as_dict()}
+    counts["coupling"] = {
+        "iterations": model.coupling_iterations,
+        "displacement_lag": model.displacement_lag,
+    }
     return counts
 
 

@@ -1,0 +1,220 @@
+"""Case files that are wrong: one message that says what to do, and nothing but that, whatever is in them."""
+
+import contextlib
+import datetime as dt
+import math
+import tomllib
+
+from myostrain import Case, InputError, cases
+
+import hypothesis
+import pytest
+from hypothesis import strategies as st
+
+from small_cases import ALONE, LINE, REMOVED, SHEET, changed, command_line, write_case
+
+INF, NAN = math.inf, math.nan
+IMPLICIT = changed(LINE, {"time.scheme": "implicit"})
+
+# (a case, changes, words that the message must hold)
+WRONG = [
+    *((LINE, {f"{key}": value}, (key, words)) for key, values, words in (
+        ("geometry.length", (0, -1.0), "greater than 0"),
+        ("geometry.length", (INF, NAN), "finite"),
+        ("geometry.length", ("long", "20", [20.0], True, {}), "number"),
+        ("geometry.length", (REMOVED,), "missing"),
+        ("geometry.spacing", (0.0, -1), "greater than 0"),
+        ("geometry.spacing", (1e-9, 1e-300), "cells"),
+        ("geometry.kind", ("lin",), "'line'"),
+        ("geometry.kind", (3, []), "ellipse, file, line, rectangle"),
+        ("geometry.kind", (REMOVED,), "line, rectangle, ellipse, file"),
+        ("geometry", (5, "line", []), "section"),
+        ("geometry", (REMOVED,), "missing"),
+        ("mechanics", (REMOVED,), "missing"),
+        ("time", (REMOVED,), "missing"),
+        ("initial", (REMOVED,), "missing"),
+        ("cell.alpha", (0, -0.1), "greater than 0"),
+        ("cell.alpha", (1, 2.5), "less than 1"),
+        ("cell.alpha", ("0.1", True, dt.date(2020, 1, 1)), "number"),
+        ("cell.tau", (0, -0.2), "greater than 0"),
+        ("cell.tau", (INF,), "finite"),
+        ("cell.A", (-1,), "greater than or equal to 0"),
+        ("cell.recovery", ("no", 1, 0.0), "boolean"),
+        ("cell.model", ("FitzHugh",), "'FitzHughNagumo'"),
+        ("potential.diffusivity", (0, -100.0, [100.0, -25.0]), "greater than 0"),
+        ("potential.diffusivity", ("fast", True, [100.0, "x"]), "number"),
+        ("potential.diffusivity", ([1, 2, 3], [1], []), "potential.diffusivity"),
+        ("potential.balance", ("conserved", 1), "'conservative' or 'advective'"),
+        ("initial.potential", (INF, NAN), "finite"),
+        ("initial.potential", ("high", True), "number"),
+        ("initial.potential", (4.0,), "singular"),
+        ("initial.center", ([], [1, 2, 3, 4]), "coordinates"),
+        ("initial.center", (3.0, "middle"), "initial.center"),
+        ("initial.radius", (0, -5.0), "greater than 0"),
+        ("activation.beta", (-0.1,), "greater than or equal to 0"),
+        ("activation.beta", (1, 1.5), "less than 1"),
+        ("activation.beta", (0.5, 0.9), "ill-posed"),
+        ("activation.law", ("hill",), "proportional"),
+        ("activation.deformation", ("fiber",), "'fibre'"),
+        ("material.mu", (0, -1), "greater than 0"),
+        ("material.model", ("Sprng",), "'Spring'"),
+        ("material.model", ("NeoHookean",), "Spring"),
+        ("mechanics.kinematics", ("plane-strss",), "'plane-stress'"),
+        ("mechanics.kinematics", (REMOVED,), "line, plane-stress, plane-strain"),
+        ("mechanics.robin", (-1,), "greater than or equal to 0"),
+        ("mechanics.robin", (NAN, INF), "finite"),
+        ("mechanics.relaxation_time", (-1,), "greater than or equal to 0"),
+        ("mechanics.fixed", (["lft"],), "'left'"),
+        ("mechanics.fixed", ("left", 3), "mechanics.fixed"),
+        ("mechanics.robin_boundary", (["rihgt"],), "'right'"),
+        ("mechanics.every", (0, -2), "greater than or equal to 1"),
+        ("mechanics.every", (1.5, "two", True), "integer"),
+        ("mechanics.tolerance", (0.0,), "greater than 0"),
+        ("mechanics.constraint", ("elastic",), "line has no constraint"),
+        ("mechanics.imposed_stretch", ({"value": 0.0}, {"value": -1}), "greater than 0"),
+        ("mechanics.imposed_stretch", ({"value": 1.0, "until": 0}, {"until": NAN}), "positive number or inf"),
+        ("mechanics.imposed_stretch", ({"valeu": 1.0},), "'value'"),
+        ("mechanics.imposed_stretch", ({"value": [1.0, 1.0]}, {"value": []}, 1.0), "imposed_stretch"),
+        ("time.step", (0, -1e-3), "greater than 0"),
+        ("time.step", (INF, NAN), "finite"),
+        ("time.step", ("fast", "1e-3", True), "number"),
+        ("time.step", (0.02,), "time.end"),
+        ("time.step", (REMOVED,), "missing"),
+        ("time.end", (0, -1.0), "greater than 0"),
+        ("time.end", (INF,), "finite"),
+        ("time.scheme", ("euler", 2), "implicit, second-order, staggered"),
+        ("probes.a", ([30.0], [-0.001]), "outside"),
+        ("probes.a", ([NAN], [INF], []), "finite"),
+        ("probes.a", (5.0, "x", ["x"], [[1.0]], {}), "coordinates"),
+        ("output.every", (0, -1), "greater than 0"),
+        ("output.fields", (["potental"],), "'potential'"),
+        ("output.fields", ("potential",), "output.fields"),
+        ("output.rigid_twin", ("maybe", 1), "boolean"),
+        ("solver.potential.ksp_typ", ("cg",), "solver.potential.ksp_typ"),
+        ("solver.potential.ksp_type", ("cgg",), "cgg"),
+        ("solver.potential.ksp_max_it", ("many",), "many"),
+        ("solver.potential.ksp_rtol", ([1.0],), "a text or a number"),
+        ("solver.potential.snes_rtol", (1.0,), "ksp_"),
+        ("solver.potential", (1,), "PETSc options"),
+    ) for value in values),
+    (LINE, {"initial.center": [1000.0]}, ("initial.", "no node", "1000")),
+    (LINE, {"solver.potental": {}}, ("solver.potental", "'potential'")),
+    (LINE, {"time.every": 2}, ("time.every", "mechanics.every")),
+    (IMPLICIT, {"mechanics.every": 5}, ("mechanics.every", "staggered")),
+    (IMPLICIT, {"time.max_iterations": 0}, ("time.max_iterations", "greater than or equal to 1")),
+    *((SHEET, {f"{key}": value}, (key, words)) for key, values, words in (
+        ("fibres", (REMOVED, {}), "fibres.direction"),
+        ("fibres.direction", ([0, 0], [1.0, 0.0, 0.0], [NAN, 1.0], []), "fibres.direction"),
+        ("fibres.direction", (1.0, "x", [True, False]), "fibres.direction"),
+        ("fibres.regions", ({"apex": [1, 0]},), "no named regions"),
+        ("geometry.size", ([20.0, 0.0], [20.0, -1.0]), "greater than 0"),
+        ("geometry.size", ([20.0], 20.0, [1, 2, 3]), "geometry.size"),
+        ("geometry.spacing", (1e-6, 1e-200, 1e-300), "cells"),
+        ("geometry.distortion", (0.9,), "less than or equal to 0.5"),
+        ("mechanics.kinematics", ("line",), "dimension"),
+        ("mechanics.constraint", ("elastc",), "'elastic'"),
+        ("mechanics.relaxation_time", (0.1,), "line"),
+        ("mechanics.robin_boundary", ([], ["boundry"]), "mechanics.robin_boundary"),
+        ("mechanics.fixed", (["left"],), "'boundary'"),
+        ("mechanics.imposed_stretch", ({"value": [1.0, 1.0, 1.0]},), "mechanics.imposed_stretch"),
+        ("material.model", ("Spring",), "NeoHookean"),
+        ("initial.center", ([10.0],), "coordinates"),
+        ("initial.potential", (4.0,), "singular"),
+        ("probes.a", ([10.0],), "coordinates"),
+        ("probes.a", ([0.0, 0.0],), "outside"),
+        ("activation.beta", (1.0,), "less than 1"),
+    ) for value in values),
+    (SHEET, {"geometry": {"kind": "file"}}, ("geometry.path", "missing")),
+    (SHEET, {"geometry": {"kind": "file", "path": 3}}, ("geometry.path",)),
+    (SHEET, {"geometry": {"kind": "file", "path": "none.msh"}}, ("geometry.path", "none.msh")),
+    (SHEET, {"material": {"model": "MooneyRivlin", "mu_2": -1.0}}, ("material.mu_2", "greater than")),
+]  # fmt: skip
+
+
+def _label(entry):
+    changes = ", ".join(f"{k}={'removed' if v is REMOVED else v}" for k, v in entry[1].items())
+    return f"{'line' if entry[0]['geometry']['kind'] == 'line' else 'sheet'}:{changes}"
+
+
+@pytest.mark.parametrize("case, changes, words", WRONG, ids=map(_label, WRONG))
+def test_wrong_value_gets_one_message_and_nothing_is_written(tmp_path, case, changes, words):
+    """Requirements, "Bad input": one clear message (key, what is allowed), exit status 2, nothing written."""
+    out = tmp_path / "out"
+    done = command_line("run", write_case(tmp_path / "case.toml", changed(case, changes)), "--out", out)
+    assert done.status == 2, done.err
+    message = done.err.strip()
+    assert message.startswith("myostrain: ")
+    assert "\n" not in message
+    assert all(word in message for word in words), message
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("kind", ["line", "rectangle", "ellipse"])
+def test_absurd_spacing_is_no_crash(kind):
+    """Too fine a mesh is refused before it is made; too coarse a spacing gives the coarsest mesh."""
+    size = {"length": 20.0} if kind == "line" else {"size": [20.0, 24.0]}
+    base = LINE if kind == "line" else SHEET
+    fine, coarse = (
+        changed(base, {"geometry": {"kind": kind, "spacing": spacing, **size}}) for spacing in (1e-200, 1e200)
+    )
+    assert Case.from_dict(coarse).geometry.mesh(ALONE).mesh.topology.index_map(0).size_global < 20
+    with pytest.raises(InputError, match=r"geometry\.spacing.* cells"):
+        Case.from_dict(fine).geometry.mesh(ALONE)
+
+
+# Random changes of a case.
+
+WORDS = ("x", "", "line", "rectangle", "plane-strain", "implicit", "staggered", "NeoHookean", "advective")
+NUMBERS = (-1, 0, 1, 3, 0.4, 1.0, -0.5, 1e300, -1e300, 1e-300, INF, -INF, NAN)
+VALUES = st.one_of(
+    st.sampled_from(NUMBERS),
+    st.sampled_from(WORDS),
+    st.booleans(),
+    st.lists(st.one_of(st.sampled_from(NUMBERS), st.sampled_from(WORDS), st.booleans()), max_size=4),
+    st.dictionaries(st.sampled_from(["value", "until", "ksp_type", "a", "left"]), st.just(1.0), max_size=2),
+    st.just(dt.date(2011, 1, 1)),
+)
+KEYS = st.one_of(
+    st.text(max_size=6), st.sampled_from(["every", "beta", "robin", "model", "constraint", "path"])
+)
+
+
+@st.composite
+def mutated(draw, bases):
+    """A case with one to three changes: a key deleted or added, a value of another type or sign."""
+    data = changed(draw(st.sampled_from(bases)), {})
+    for _ in range(draw(st.integers(1, 3))):
+        tables = [data, *(table for table in data.values() if isinstance(table, dict))]
+        table = draw(st.sampled_from(tables))
+        existing = sorted(table)
+        what = draw(st.sampled_from(["delete", "change", "add", "negate"] if existing else ["add"]))
+        key = draw(KEYS) if what == "add" else draw(st.sampled_from(existing))
+        if what == "delete":
+            del table[key]
+        elif what == "negate" and isinstance(table[key], int | float):
+            table[key] = -table[key]
+        else:
+            table[key] = draw(VALUES)
+    return data
+
+
+SHIPPED = [tomllib.loads(cases.path(name).read_text(encoding="utf-8")) for name in cases.names()]
+
+
+@hypothesis.settings(deadline=None, max_examples=400, suppress_health_check=list(hypothesis.HealthCheck))
+@hypothesis.given(data=mutated(SHIPPED))
+def test_random_case_is_checked_or_refused(data):
+    """interface.md: wrong input is exit status 2, so nothing but InputError; what passes, survives TOML."""
+    try:
+        case = Case.from_dict(data)
+    except InputError:
+        return
+    assert Case.from_dict(tomllib.loads(case.to_toml())).to_toml() == case.to_toml()
+
+
+@hypothesis.settings(deadline=None, max_examples=150, suppress_health_check=list(hypothesis.HealthCheck))
+@hypothesis.given(data=mutated([LINE]))
+def test_random_line_is_built_or_refused(data):
+    """The same of what shows only on the mesh: a model is made, or InputError says why not."""
+    with contextlib.suppress(InputError):
+        Case.from_dict(data).build(ALONE)
