@@ -3,8 +3,8 @@
     python benchmarks/sheet.py [--steps 300] [--blocks 6]
 
 Prints milliseconds a step, the ratio to the textbook, and how much the arrival of the wave at two points
-differs from that of the run that solves mechanics in every step. The variants take turns in blocks of steps, so
-that a machine whose speed drifts treats them alike; the median block is quoted.
+differs from that of the run that solves mechanics in every step. The variants take turns in blocks of steps,
+so that a machine whose speed drifts treats them alike; the median block is quoted.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ import time
 from collections.abc import Callable
 
 import myostrain as ms
-import numpy as np
 from myostrain import cases
 from myostrain.output.probes import ActivationTimes, Probes
+
+import numpy as np
+
 from textbook import Textbook
 
 POINTS = {"near": (86.0, 34.0), "nearer": (84.0, 26.0)}
@@ -63,7 +65,9 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=300)
-    parser.add_argument("--blocks", type=int, default=6, help="blocks of steps in which the variants take turns")
+    parser.add_argument(
+        "--blocks", type=int, default=6, help="blocks of steps in which the variants take turns"
+    )
     arguments = parser.parse_args()
     step = 1e-3
     every_step = Ours("staggered", 1, step)
@@ -98,7 +102,9 @@ def main() -> None:
         median = np.median(blocks[name])
         arrivals = seen[name].at_probes()
         differences = ", ".join(
-            f"{probe} {100 * (arrivals[probe] / truth[probe] - 1):+.3f} %" if arrivals[probe] and truth[probe] else "-"
+            f"{probe} {100 * (arrivals[probe] / truth[probe] - 1):+.3f} %"
+            if arrivals[probe] and truth[probe]
+            else "-"
             for probe in POINTS
         )
         print(f"{name:34} {median:10.1f} {base / median:6.1f}x   {differences}")

@@ -177,7 +177,7 @@ class ChordNewton:
         dofs = [bc.dof_indices()[0] for bc in self._bcs]
         self._fixed = np.unique(np.concatenate(dofs)) if dofs else np.zeros(0, dtype=np.int32)
         defaults = direct(global_dofs(space), self._comm.size, saddle_point)
-        self._ksp = make_ksp(self._matrix, name, defaults, options)
+        self.ksp = make_ksp(self._matrix, name, defaults, options)
         self._ready = False  # whether there is a factorization
         self._rate = math.inf  # its contraction, as last measured
 
@@ -203,9 +203,9 @@ class ChordNewton:
         self._matrix.zeroEntries()
         fem_petsc.assemble_matrix(self._matrix, self._tangent, bcs=self._bcs)
         self._matrix.assemble()
-        self._ksp.setOperators(self._matrix)
+        self.ksp.setOperators(self._matrix)
         try:
-            self._ksp.setUp()
+            self.ksp.setUp()
         except PETSc.Error as error:
             raise ComputationError(
                 f"the tangent of the {self._name} cannot be factorized ({error})",
@@ -216,9 +216,9 @@ class ChordNewton:
 
     def _correction(self) -> float:
         """Solve for the correction at the assembled residual; its measured size, or NaN."""
-        self._ksp.solve(self._b.x.petsc_vec, self._dx.x.petsc_vec)
-        self.counters.linear += max(1, self._ksp.getIterationNumber())
-        if reason(self._ksp) < 0:
+        self.ksp.solve(self._b.x.petsc_vec, self._dx.x.petsc_vec)
+        self.counters.linear += max(1, self.ksp.getIterationNumber())
+        if reason(self.ksp) < 0:
             return math.nan
         return largest(self._dx.x.array[self._measured], self._comm)
 
@@ -288,14 +288,23 @@ class LinearSolver:
         name: Section of a case file that reaches its options.
         defaults: Our options.
         options: The user's options.
+        keep: Whether to keep the preconditioner while the matrix changes; it is made again when a solve
+            takes half as many iterations again as the first one with it did.
     """
 
     def __init__(
-        self, matrix: PETSc.Mat, name: str, defaults: Options, options: Options | None = None
+        self,
+        matrix: PETSc.Mat,
+        name: str,
+        defaults: Options,
+        options: Options | None = None,
+        *,
+        keep: bool = False,
     ) -> None:
         self.counters = Counters()
-        self._ksp = make_ksp(matrix, name, defaults, options)
-        self._name = name
+        self.ksp = make_ksp(matrix, name, defaults, options)
+        self._name, self._keep = name, keep
+        self._first = 0  # iterations of the first solve with the kept preconditioner
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve for x, which holds the initial guess where the method uses one.
@@ -303,10 +312,16 @@ class LinearSolver:
         Raises:
             ComputationError: It did not converge.
         """
-        self._ksp.solve(b, x)
+        if self._keep:
+            self.ksp.getPC().setReusePreconditioner(self._first > 0)
+        self.ksp.solve(b, x)
+        iterations = self.ksp.getIterationNumber()
         self.counters.solves += 1
-        self.counters.linear += self._ksp.getIterationNumber()
-        why = reason(self._ksp)
+        self.counters.linear += iterations
+        if self._keep:
+            first = self._first or iterations
+            self._first = 0 if iterations > 1.5 * first + 2 else first
+        why = reason(self.ksp)
         if why < 0:
             raise ComputationError(
                 f"the linear solver of the {self._name} did not converge (PETSc's reason {why})",

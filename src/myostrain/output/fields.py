@@ -84,7 +84,7 @@ class _Snapshots:
         connectivity = self._gather(corners.reshape(-1, mesh.topology.dim + 1))
         self._file = None
         if self._comm.rank == 0:
-            self._file = h5py.File(path, "w", libver="latest")
+            self._file = h5py.File(path, "w")
             self._file["points"], self._file["cells"] = points, connectivity
             self._file.create_dataset("time", (0,), maxshape=(None,), dtype="f8")
             self._names = list(names)

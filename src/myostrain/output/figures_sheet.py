@@ -107,9 +107,10 @@ def _page(recording: Recording, places: Array, *, deformed: bool, dpi: int = DPI
     """A figure whose one panel has equal axes and fits the places (n, 2)."""
     low, high = places.min(axis=0), places.max(axis=0)
     low, high = low - 0.04 * (high - low).max(), high + 0.04 * (high - low).max()
-    width, height = np.maximum(5.4 * (high - low) / (high - low).max(), 1.5)
-    beside = np.array([1.9, 1.2] if width < 1.5 * height else [1.4, 2.2])  # for title, labels, colour bar
-    figure = new_figure(*(beside + [width, height]), recording.title, compress=True, dpi=dpi)
+    width, height = np.maximum(5.4 * (high - low) / (high - low).max(), 1.2)
+    # More for title, labels and colour bar, which is below a wide body.
+    width, height = (width + 1.9, height + 1.2) if width < 1.5 * height else (width + 1.4, height + 2.2)
+    figure = new_figure(width, height, recording.title, compress=True, dpi=dpi)
     panel = figure.add_subplot(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     x, y = ("x", "y") if deformed else ("X", "Y")
     panel.set(xlabel=recording.label(f"${x}$", "length"), ylabel=recording.label(f"${y}$", "length"))
@@ -122,7 +123,9 @@ def _outline(points: Array, edges: npt.NDArray[np.int64], colour: str, zorder: f
 
 def _bar(figure: Figure, panel: Any, mappable: Any, label: str, **options: Any) -> None:
     wide = np.ptp(panel.get_xlim()) > 1.5 * np.ptp(panel.get_ylim())
-    place = {"location": "bottom", "aspect": 30} if wide else {"location": "right", "pad": 0.03}
+    place: dict[str, Any] = (
+        {"location": "bottom", "aspect": 30} if wide else {"location": "right", "pad": 0.03}
+    )
     bar = figure.colorbar(mappable, ax=panel, shrink=0.8, **place, **options)
     bar.set_label(label)
     bar.outline.set_visible(False)
