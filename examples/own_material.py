@@ -71,4 +71,5 @@ ms.Bump(potential=1.0, center=(0, 0), radius=4).apply(potential)
 model = ms.Electromechanics(potential, mechanics)
 probes = {"near": (10, 5), "far": (20, 10)}
 simulation = ms.Simulation(model, step=0.05, end=30, probes=probes, out="runs/own-material", force=True)
-print(simulation.run()["metrics"])
+results = simulation.run()
+print(results["metrics"])

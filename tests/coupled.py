@@ -29,7 +29,7 @@ def line(
 ):
     """The paper's line (D = A = 100), fixed at X = 0, mechanics solved far below the errors measured.
 
-    ``held`` is the imposed stretch, (value, until); ``initial`` a function of X, a bump that fires by default.
+    ``held`` is the imposed stretch, (value, until); ``initial`` a function of X, a bump unless given.
     """
     body = ms.build(ms.geometry.Line(length=length, spacing=spacing))
     mechanics = ms.Mechanics(
@@ -56,9 +56,10 @@ def line(
 
 
 def sheet(scheme=None, *, kinematics=None, diffusivity=100.0, cells=11, options=TIGHT):
-    """A square sheet of side 30 with a bump in one corner, on the elastic support (7.8), fibres along (1, −1)."""
+    """A square sheet of side 30 on the elastic support (7.8), a bump in one corner, fibres along (1, −1)."""
     body = ms.build(
-        ms.geometry.Rectangle(size=(30.0, 30.0), spacing=30.0 / cells), ms.UniformFibres(direction=(1.0, -1.0))
+        ms.geometry.Rectangle(size=(30.0, 30.0), spacing=30.0 / cells),
+        ms.UniformFibres(direction=(1.0, -1.0)),
     )
     mechanics = ms.Mechanics(
         body,
@@ -92,7 +93,7 @@ def coordinates(potential):
 
 
 def advance(model, step, end):
-    """Run from time 0 to ``end`` in equal steps; returns the fields there (arrays of nodal values) by name."""
+    """Run from time 0 to ``end`` in equal steps; returns the fields there by name."""
     model.start()
     for number in range(1, round(end / step) + 1):
         model.step(number * step)

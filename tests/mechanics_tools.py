@@ -45,7 +45,9 @@ def put(function, samples):
 
 
 def at_midpoints(expression, mesh):
-    """Prepare the evaluation of a UFL expression at the midpoint of each cell; call the result for the values."""
+    """Prepare the evaluation of a UFL expression at the midpoint of each cell; call the result for the
+    values.
+    """
     tdim = mesh.topology.dim
     point = np.full((1, tdim), 1.0 / (tdim + 1))
     cells = np.arange(mesh.topology.index_map(tdim).size_local, dtype=np.int32)

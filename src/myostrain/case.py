@@ -34,10 +34,18 @@ KINEMATICS = {
     "plane-stress": kinematics.PlaneStress,
     "plane-strain": kinematics.PlaneStrain,
 }
-LAWS = {"proportional": activation.Proportional}
-DEFORMATIONS = {"fibre": activation.Fibre}
-CELLS = {"FitzHughNagumo": cells.FitzHughNagumo}
-MATERIALS = {c.__name__: c for c in (materials.Spring, materials.NeoHookean, materials.MooneyRivlin)}
+
+
+def _exported(module: Any, method: str) -> dict[str, Any]:
+    """The descriptions that a folder exports and that have this method, by name."""
+    classes = {name: getattr(module, name) for name in module.__all__}
+    return {name: c for name, c in classes.items() if dataclasses.is_dataclass(c) and hasattr(c, method)}
+
+
+LAWS = {name.lower(): law for name, law in _exported(activation, "gamma").items()}
+DEFORMATIONS = {name.lower(): deformation for name, deformation in _exported(activation, "tensor").items()}
+CELLS = _exported(cells, "current")
+MATERIALS = _exported(materials, "energy")
 SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondOrder}
 
 

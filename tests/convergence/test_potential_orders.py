@@ -1,9 +1,11 @@
-"""The potential on a body that moves as prescribed: manufactured solutions of (2.8), (2.2) and the advective form.
+"""The potential on a body that moves as prescribed: manufactured solutions of (2.8) and (2.2), both balances.
 
-The deformation is handed to `Potential` as `Deformation(F, J)` of a displacement that the test writes, without
-any mechanics. The source that makes v and w exact is taken from the equations by the complex step: fluxes and
-amounts are differentiated numerically, to round-off, so that no formula of the program is repeated here.
+The deformation is handed to `Potential` as `Deformation(F, J)` of a displacement that the test writes, and no
+mechanics is there. The source that makes v and w exact is taken from the equations by the complex step:
+fluxes and amounts are differentiated numerically, to round-off, and no formula of the program is repeated.
 """
+
+import itertools
 
 import myostrain as ms
 from myostrain.history import backward_difference, extrapolation_weights
@@ -13,8 +15,9 @@ import basix.ufl
 import numpy as np
 import pytest
 import ufl
-from coupled import BANDS, TIGHT, coordinates, observed_orders
 from dolfinx import fem
+
+from coupled import TIGHT, coordinates, observed_orders, rms
 
 TINY = 1e-100
 TAU = 0.4
@@ -26,10 +29,10 @@ def derivative(f, *at, by):
 
 
 class Line1D:
-    """x(X, t) with J = x′ between 0.6 and 1.4; D turns with nothing here. v has no slope at the ends."""
+    """x(X, t) with J = x′ between 0.6 and 1.4, v without a slope at the ends."""
 
     degree, diffusivity = 2, 0.1
-    fibre = None
+    fibre, isochoric = None, False
 
     def body(self, n):
         return ms.build(ms.geometry.Line(length=1.0, spacing=1.0 / n))
@@ -126,65 +129,121 @@ def flux(problem, t, *X):
     return np.einsum("...ij,...j->...i", pulled_back, problem.slope(t, *X))
 
 
-def sources(problem, balance, cell, t, *X):
+def sources(problem, balance, t, *X):
     """What has to be added to the rates of v and w for the manufactured ones to solve the balance."""
     J = np.linalg.det(problem.F(t, *X)).real
-    divergence = sum(derivative(lambda *y, i=i: flux(problem, *y)[..., i], t, *X, by=i + 1) for i in range(len(X)))
+    divergence = sum(
+        derivative(lambda *y, i=i: flux(problem, *y)[..., i], t, *X, by=i + 1) for i in range(len(X))
+    )
+
+    def rate(field):
+        if balance == "advective":
+            return derivative(field, t, *X, by=0)
+        return derivative(lambda *y: np.linalg.det(problem.F(*y)) * field(*y), t, *X, by=0) / J
+
     v, w = problem.v(t, *X), problem.w(t, *X)
-    change = {}
-    for name, field in (("v", problem.v), ("w", problem.w)):
-        if balance == "conservative":
-            amount = derivative(lambda *y, f=field: np.linalg.det(problem.F(*y)) * f(*y), t, *X, by=0)
-            change[name] = amount / J
-        else:
-            change[name] = derivative(field, t, *X, by=0)
-    cell.source = 0.0
+    membrane = Membrane()
     return (
-        change["v"] - divergence / J + cell.current(v, [w]),
-        change["w"] - cell.rates(v, [w])[0],
+        rate(problem.v) - divergence / J + membrane.current(v, [w]),
+        rate(problem.w) - membrane.rates(v, [w])[0],
     )
 
 
-def error(problem, balance, mass, order, n, step, end):
-    """L2 errors of v and w at the end, on n cells a side."""
-    body, cell = problem.body(n), Membrane()
-    element = basix.ufl.element("Lagrange", body.mesh.basix_cell(), problem.degree, shape=(body.dim,))
-    u = fem.Function(fem.functionspace(body.mesh, element))
-    F = ufl.Identity(body.dim) + ufl.grad(u)
-    isochoric = getattr(problem, "isochoric", False)
+class Run:
+    """One manufactured problem on n cells a side, by steps of order 1 or 2 (backward differences)."""
 
-    def stimulus(points, t):
-        return sources(problem, balance, cell, t, *points.T)[0]
+    def __init__(self, problem, balance, mass, n):
+        self.problem, self.balance = problem, balance
+        self.body, self.cell = problem.body(n), Membrane()
+        mesh, dim = self.body.mesh, self.body.dim
+        element = basix.ufl.element("Lagrange", mesh.basix_cell(), problem.degree, shape=(dim,))
+        self.u = fem.Function(fem.functionspace(mesh, element))
+        F = ufl.Identity(dim) + ufl.grad(self.u)
+        self.potential = ms.Potential(
+            self.body,
+            cell=self.cell,
+            diffusivity=problem.diffusivity,
+            balance=balance,
+            mass=mass,
+            deformation=Deformation(F, 1.0 if problem.isochoric else ufl.det(F)),
+            stimulus=lambda points, t: sources(problem, balance, t, *points.T)[0],
+            options=TIGHT,
+        )
+        self.X = coordinates(self.potential).T
 
-    potential = ms.Potential(
-        body,
-        cell=cell,
-        diffusivity=problem.diffusivity,
-        balance=balance,
-        mass=mass,
-        deformation=Deformation(F, 1.0 if isochoric else ufl.det(F)),
-        stimulus=stimulus,
-        options=TIGHT,
-    )
-    X = coordinates(potential).T
+    def move(self, t):
+        self.u.interpolate(lambda x: np.stack(self.problem.displacement(t, *x[: self.body.dim])))
+        self.potential.update_deformation()
 
-    def move(t):
-        u.interpolate(lambda x: np.stack(problem.displacement(t, *x[: body.dim])))
-        potential.update_deformation()
+    def advance(self, step, end, order):
+        """Run to ``end``; returns the nodal values."""
+        potential, times = self.potential, [0.0]
+        potential.v.x.array[:] = self.problem.v(0.0, *self.X)
+        self.move(0.0)
+        potential.start()
+        for number in range(1, round(end / step) + 1):
+            t = number * step
+            self.move(t)
+            self.cell.source = sources(self.problem, self.balance, t, *self.X)[1]
+            guess = potential.extrapolate(extrapolation_weights(times[:order], t))
+            potential.solve(t, guess, backward_difference([t, *times[:order]]))
+            potential.accept(keep=order)
+            times = [t, *times[: order - 1]]
+        return [field.x.array.copy() for field in potential.fields]
 
-    move(0.0)
-    potential.v.x.array[:] = problem.v(0.0, *X)
-    assert np.all(problem.w(0.0, *X) == cell.initial_states()[0])
-    potential.start()
-    times = [0.0]
-    for number in range(1, round(end / step) + 1):
-        t = number * step
-        move(t)
-        source = sources(problem, balance, cell, t, *X)[1]
-        cell.source = source
-        guess = potential.extrapolate(extrapolation_weights(times[:order], t))
-        potential._stimulus = lambda points, t, cell=cell, source=source: _kept(stimulus, cell, source, points, t)
-        potential.solve(t, guess, backward_difference([t, *times[:order]]))
-        potential.accept(keep=order)
-        times = [t, *times[: order - 1]]
-    return [_l2(body, field, exact, times[0]) for field, exact in zip(potential.fields, (problem.v, problem.w))]
+    def errors(self, t):
+        """L2 errors of v and w, by quadrature that is exact far beyond their order."""
+        space = fem.functionspace(self.body.mesh, ("Lagrange", 4))
+        found = []
+        for field, exact in zip(self.potential.fields, (self.problem.v, self.problem.w), strict=True):
+            target = fem.Function(space)
+            target.interpolate(lambda x, exact=exact: exact(t, *x[: self.body.dim]))
+            found.append(fem.assemble_scalar(fem.form((field - target) ** 2 * ufl.dx)) ** 0.5)
+        return found
+
+
+PROBLEMS = {
+    "line": Line1D(),
+    "sheet, J = 1": Sheet2D(isochoric=True),
+    "sheet, J free": Sheet2D(isochoric=False),
+}
+CASES = [
+    (name, balance, mass)
+    for name in PROBLEMS
+    for balance in ("conservative", "advective")
+    for mass in ("lumped", "averaged")
+    if balance == "conservative" or not PROBLEMS[name].isochoric  # with J = 1 both are the same
+]
+
+
+each_case = pytest.mark.parametrize("name, balance, mass", CASES)
+
+
+@each_case
+def test_second_order_in_space(name, balance, mass):
+    """(2.8), (2.2): linear elements on a moving body converge with h² in L2, for v and for w.
+
+    Measured: 1.95..2.01; the error in time is at most 2 % of that in space.
+    """
+    errors = []
+    for n in (16, 32):
+        run = Run(PROBLEMS[name], balance, mass, n)
+        run.advance(step=0.0025, end=0.2, order=2)
+        errors.append(run.errors(0.2))
+    for observed in observed_orders(errors)[-1]:
+        assert 1.92 < observed < 2.08
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@each_case
+def test_order_in_time(name, balance, mass, order):
+    """On a moving body the backward differences keep their order, for v and for w.
+
+    From differences between runs at halved steps on one mesh, coarse so that its stiffest mode is resolved.
+    Measured: 0.97..1.02 and 1.96..2.03.
+    """
+    run = Run(PROBLEMS[name], balance, mass, 4)
+    results = [run.advance(step, 0.4, order) for step in (0.02, 0.01, 0.005)]
+    for values in zip(*results, strict=True):
+        observed = observed_orders([rms(a - b) for a, b in itertools.pairwise(values)])[0]
+        assert order - 0.08 < observed < order + 0.08

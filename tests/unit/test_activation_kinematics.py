@@ -1,5 +1,15 @@
 """Activation laws, active deformations, and what a line or a sheet means in three dimensions."""
 
+import myostrain as ms
+from myostrain import activation, kinematics
+from myostrain.activation import Fibre, Proportional
+from myostrain.kinematics import Deformation, Line, PlaneStrain, PlaneStress
+from myostrain.materials import MooneyRivlin
+
+import numpy as np
+import pytest
+import ufl
+
 from mechanics_tools import (
     active,
     at_midpoints,
@@ -12,15 +22,6 @@ from mechanics_tools import (
     rotations,
     sample_mesh,
 )
-import myostrain as ms
-from myostrain import activation, kinematics
-from myostrain.activation import Fibre, Proportional
-from myostrain.kinematics import Deformation, Line, PlaneStrain, PlaneStress
-from myostrain.materials import MooneyRivlin
-
-import numpy as np
-import pytest
-import ufl
 
 N = 48
 EXPORTS = [
@@ -53,7 +54,9 @@ class Active:
 
 
 def test_every_export_is_a_law_or_a_deformation():
-    """activation/__init__: a law has gamma(v), a deformation has tensor(gamma, f0); each export is one of them."""
+    """activation/__init__: a law has gamma(v), a deformation has tensor(gamma, f0); each export is one of
+    them.
+    """
     assert {Proportional} <= set(LAWS)
     assert {Fibre} <= set(DEFORMATIONS)
     assert all((cls in LAWS) != (cls in DEFORMATIONS) for cls in EXPORTS)
@@ -61,7 +64,9 @@ def test_every_export_is_a_law_or_a_deformation():
 
 @pytest.mark.parametrize("law", [cls() for cls in LAWS], ids=str)
 def test_law_conformance(law):
-    """interface: no activation at rest, contraction at v = 1 without singular Fo, the same in numpy and in UFL."""
+    """interface: no activation at rest, contraction at v = 1 without singular Fo, the same in numpy and
+    in UFL.
+    """
     mesh = sample_mesh(N)
     v = field(mesh, ())
     samples = np.linspace(0.0, 1.0, N)
@@ -145,8 +150,9 @@ def in_plane(rng):
 
 @pytest.mark.parametrize("kinematic", SHEETS, ids=str)
 def test_sheets_in_three_dimensions(kinematic, rng):
-    """model.md, reading 2, and (3.8): λ₃ = J / det F₂ in plane stress, 1 in plane strain, where the pressure drives
-    det F₂ − J to zero; J = 1 for the body, Jo where the elastic part is isochoric. The energy is that of 3D.
+    """model.md, reading 2, and (3.8): λ₃ = J / det F₂ in plane stress, 1 in plane strain, where the
+    pressure drives det F₂ − J to zero; J = 1 for the body, Jo where the elastic part is isochoric. The
+    energy is that of 3D.
     """
     mu, mu_2 = 1.7, 0.6
     F2, gamma, n = in_plane(rng)
@@ -168,7 +174,9 @@ def test_sheets_in_three_dimensions(kinematic, rng):
 
 
 def test_plane_stress_energy_is_model_mds(rng):
-    """model.md, reading 2: energy density μ/2 (1 + γ)(|F₂ Fo⁻¹|² + 1/(det F₂)² − 3) for the neo-Hookean sheet."""
+    """model.md, reading 2: energy density μ/2 (1 + γ)(|F₂ Fo⁻¹|² + 1/(det F₂)² − 3) for the neo-Hookean
+    sheet.
+    """
     F2, gamma, n = in_plane(rng)
     *_, energy = Lifted(PlaneStress(), ms.materials.NeoHookean(mu=1.7))(F2, gamma, n)
     Fe = F2 @ np.linalg.inv(active(gamma, n[:, :2]))
@@ -186,7 +194,9 @@ def test_line_is_one_dimensional(rng):
 
 @pytest.mark.parametrize("name", ["Line", "PlaneStress", "PlaneStrain"])
 def test_kinematics_describe_themselves(name):
-    """kinematics.Kinematics: dimensions are consistent, and where no pressure is unknown there is no constraint."""
+    """kinematics.Kinematics: dimensions are consistent, and where no pressure is unknown there is no
+    constraint.
+    """
     kinematic = getattr(kinematics, name)()
     assert (kinematic.dim, kinematic.tensor_dim) in {(1, 1), (2, 3)}
     if not kinematic.has_pressure:

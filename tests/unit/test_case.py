@@ -166,6 +166,7 @@ MISSPELT = {
     f"{key}-{label}": (case, key)
     for label, case in (("line", FULL_LINE), ("sheet", FULL_SHEET), ("implicit", IMPLICIT))
     for key in known_keys(case)
+    if label != "implicit" or key in ("time.tolerance", "time.max_iterations")
 }
 
 

@@ -2,6 +2,14 @@
 
 import dataclasses
 
+from myostrain import materials
+from myostrain.materials import MooneyRivlin, NeoHookean, Spring
+from myostrain.validation import with_constants
+
+import numpy as np
+import pytest
+import ufl
+
 from mechanics_tools import (
     at_midpoints,
     deformations,
@@ -14,13 +22,6 @@ from mechanics_tools import (
     rotations,
     sample_mesh,
 )
-from myostrain import materials
-from myostrain.materials import MooneyRivlin, NeoHookean, Spring
-from myostrain.validation import with_constants
-
-import numpy as np
-import pytest
-import ufl
 
 N = 64  # samples of each property
 CLASSES = [cls for name in materials.__all__ if (cls := getattr(materials, name)) is not materials.Material]
@@ -81,9 +82,11 @@ def test_stress_and_tangent_are_the_derivatives_of_the_energy(points, rng):
     _, P, tangent = points(F, f0, H)
     energy_rate = difference(lambda h: points(F + h * H, f0)[0], 1e-3)
     stress_rate = difference(lambda h: points(F + h * H, f0)[1], 1e-3)
-    # Measured 1e-13 of the largest value for polynomial energies (round-off / h), for whose degree (at most 4)
-    # the formula is exact; the bound leaves room for the fourth-order error of others.
-    np.testing.assert_allclose(energy_rate, (P * H).sum((1, 2)), rtol=0, atol=1e-10 * np.abs(energy_rate).max())
+    # Measured 1e-13 of the largest value (round-off / h) for polynomial energies, for which the formula is
+    # exact; the bound leaves room for the fourth-order error of others.
+    np.testing.assert_allclose(
+        energy_rate, (P * H).sum((1, 2)), rtol=0, atol=1e-10 * np.abs(energy_rate).max()
+    )
     np.testing.assert_allclose(stress_rate, tangent, rtol=0, atol=1e-10 * np.abs(stress_rate).max())
 
 
@@ -99,7 +102,9 @@ def test_objectivity(points, rng):
 
 
 def test_symmetry_is_that_of_the_fibre(points, rng):
-    """W(Fe Qᵀ, Q f0) = W(Fe, f0) = W(Fe, −f0): nothing but the fibre, without a sense, is a special direction."""
+    """W(Fe Qᵀ, Q f0) = W(Fe, f0) = W(Fe, −f0): nothing but the fibre, without a sense, is a special
+    direction.
+    """
     F, f0 = deformations(N, points.dim, rng), directions(N, points.dim, rng)
     Q = rotations(N, points.dim, rng)
     W = points(F, f0)[0]

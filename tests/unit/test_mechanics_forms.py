@@ -1,6 +1,7 @@
-"""The assembled residual against the stress that the paper prints, and its tangent against finite differences."""
+"""The assembled residual against the stress that the paper prints, and its tangent against finite
+differences.
+"""
 
-from mechanics_tools import Recorded, random_potential, sheet
 import myostrain as ms
 import myostrain.mechanics
 from myostrain.activation import Proportional
@@ -12,6 +13,8 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx.fem import petsc as fem_petsc
+
+from mechanics_tools import Recorded, random_potential, sheet
 
 DEGREE = 4  # of the quadrature, the same on both sides
 ROBIN, BETA = 0.7, 0.35
@@ -49,11 +52,15 @@ def in_3d(A, stretch):
 
 
 def printed_residual(mechanics, material):
-    """(7.5) with the stress (3.3) written out by hand; where there is no pressure unknown, P₃₃ = 0 gives it."""
+    """(7.5) with the stress (3.3) written out by hand; where there is no pressure unknown, P₃₃ = 0 gives
+    it.
+    """
     body, kinematic = mechanics.body, mechanics.kinematics
     unknown = mechanics.u
     test = ufl.TestFunction(unknown.function_space)
-    (u, p), (w, q) = (ufl.split(unknown), ufl.split(test)) if kinematic.has_pressure else ((unknown, 0), (test, 0))
+    (u, p), (w, q) = (
+        (ufl.split(unknown), ufl.split(test)) if kinematic.has_pressure else ((unknown, 0), (test, 0))
+    )
     n = ufl.as_vector([body.f0[0], body.f0[1], 0])
     gamma = -BETA * mechanics.v
     inverse = ufl.Identity(3) - gamma / (1 + gamma) * ufl.outer(n, n)  # Sherman and Morrison's Fo⁻¹
@@ -75,14 +82,16 @@ def printed_residual(mechanics, material):
         density -= q * (ufl.det(F2) - (1 if kinematic.constraint == "total" else 1 + gamma))
     dx = ufl.dx(metadata={"quadrature_degree": DEGREE})
     outer = {"quadrature_degree": 2 * kinematic.degree}
-    loads = ROBIN * ufl.dot(u, w) * ufl.ds(metadata=outer) - ufl.dot(load(body.mesh), w) * ufl.dx(metadata=outer)
+    loads = ROBIN * ufl.dot(u, w) * ufl.ds(metadata=outer) - ufl.dot(load(body.mesh), w) * ufl.dx(
+        metadata=outer
+    )
     return density * dx + loads
 
 
 @pytest.mark.parametrize("kinematic, material", SHEETS, ids=str)
 def test_residual_is_the_printed_stress_and_the_tangent_its_derivative(kinematic, material, monkeypatch):
-    """(1.6), (3.3), (7.5) and (7.8) on a sheet with oblique fibres and varying γ, at an arbitrary state; tangent
-    against finite differences of the residual, in a random direction.
+    """(1.6), (3.3), (7.5) and (7.8) on a sheet with oblique fibres and varying γ, at an arbitrary state;
+    tangent against finite differences of the residual, in a random direction.
     """
     body = sheet(size=(1.0, 0.75))
     parts = dict(kinematics=kinematic, material=material, robin=ROBIN, body_force=load(body.mesh))
@@ -114,15 +123,15 @@ def check_tangent(mechanics):
     h = 1e-4
     rate = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
     unknown.x.array[:] = state
-    # Measured 8e-12 at most of the largest entry: round-off / h, and h⁴ of the plane-stress energy 1/(det F₂)².
+    # Measured 8e-12 at most of the largest entry: round-off / h, and h⁴ of the plane-stress 1/(det F₂)².
     np.testing.assert_allclose(rate, product.array, rtol=0, atol=2e-10 * np.abs(product.array).max())
     assert tangent.isSymmetric(1e-12 * np.abs(product.array).max())
 
 
 @pytest.mark.parametrize("relaxation_time", [0.0, 0.4])
 def test_line_residual(relaxation_time, monkeypatch):
-    """(4.2) and model.md, reading 6: stress μ (x′/(1+γ) − 1) + μ λ d/dt[(x′ − 1)/(1 + γ)], with a step of 0.1 from a
-    state of other displacement and other activation, ends on springs, and a body force.
+    """(4.2) and model.md, reading 6: stress μ (x′/(1+γ) − 1) + μ λ d/dt[(x′ − 1)/(1 + γ)], with a step of
+    0.1 from a state of other displacement and other activation, ends on springs, and a body force.
     """
     body = ms.build(ms.geometry.Line(length=2.0, spacing=0.25))
     parts = dict(kinematics=Line(), material=Spring(mu=2.5), robin=ROBIN, body_force=load(body.mesh))
@@ -140,11 +149,15 @@ def test_line_residual(relaxation_time, monkeypatch):
     def strain(u, v):
         return u[0].dx(0) / (1 - BETA * v)
 
-    stress = strain(u, v) + 1 / (1 - BETA * v) - 1 + relaxation_time / step * (strain(u, v) - strain(old_u, old_v))
+    stress = (
+        strain(u, v) + 1 / (1 - BETA * v) - 1 + relaxation_time / step * (strain(u, v) - strain(old_u, old_v))
+    )
     dx, more = ufl.dx(metadata={"quadrature_degree": DEGREE}), {"quadrature_degree": 4}
     printed = 2.5 * stress * w[0].dx(0) * dx + ROBIN * u[0] * w[0] * ufl.ds(metadata=more)
     printed -= ufl.dot(load(body.mesh), w) * ufl.dx(metadata=more)
     vector = fem.assemble_vector(compile_form(mechanics.solver.residual)).array
     expected = fem.assemble_vector(compile_form(printed)).array
-    np.testing.assert_allclose(vector, expected, rtol=0, atol=1e-12 * np.abs(expected).max())  # measured 1e-15
+    np.testing.assert_allclose(
+        vector, expected, rtol=0, atol=1e-12 * np.abs(expected).max()
+    )  # measured 1e-15
     check_tangent(mechanics)

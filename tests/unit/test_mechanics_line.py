@@ -4,11 +4,12 @@ import myostrain as ms
 from myostrain.activation import Proportional
 from myostrain.kinematics import Line
 from myostrain.materials import Spring
-from mechanics_tools import random_potential
 
 import numpy as np
 import pytest
 import ufl
+
+from mechanics_tools import random_potential
 
 LENGTH, MU, BETA = 8.0, 2.5, 0.4
 # Stiffness of the support at the left and right end; zero is a free end, infinity a fixed one.
@@ -45,13 +46,14 @@ def displacement(mechanics, X):
 
 @pytest.mark.parametrize("left, right, parts", SUPPORTS.values(), ids=SUPPORTS.keys())
 def test_supported_line(left, right, parts):
-    """(4.2), (4.3), (7.8): x′ = (1 + γ)(1 + P/μ), P the same everywhere, −P/k the displacement of a right end on a
-    spring, P/k of a left one; so (1 + P/μ) ∫(1 + γ) = L − P (1/k₀ + 1/k₁). Free ends: P = 0, x′ = 1 + γ.
-    Isometric: P = μ (1/(1 + γ) − 1) with the mean of γ. Exact for a potential linear in each cell.
+    """(4.2), (4.3), (7.8): x′ = (1 + γ)(1 + P/μ), P the same everywhere, −P/k the displacement of a right
+    end on a spring, P/k of a left one; so (1 + P/μ) ∫(1 + γ) = L − P (1/k₀ + 1/k₁). Free ends: P = 0, x′
+    = 1 + γ. Isometric: P = μ (1/(1 + γ) − 1) with the mean of γ. Exact for a potential linear in each
+    cell.
     """
     mechanics = make(**parts)
     random_potential(mechanics)
-    X, v, order = vertices(mechanics)
+    X, v, _ = vertices(mechanics)
     mechanics.start()
 
     active = np.concatenate([[0.0], np.cumsum(np.diff(X) * (1 - BETA * (v[1:] + v[:-1]) / 2))])
@@ -78,7 +80,9 @@ def test_isometric_line():
 
 
 def test_hanging_line():
-    """P′ + b = 0 with a dead load b: P = b (L − X), x′ = (1 + γ)(1 + P/μ), quadratic for uniform γ, hence exact."""
+    """P′ + b = 0 with a dead load b: P = b (L − X), x′ = (1 + γ)(1 + P/μ), quadratic for uniform γ, hence
+    exact.
+    """
     body = ms.build(ms.geometry.Line(length=LENGTH, spacing=0.5))
     b = 0.2
     mechanics = ms.Mechanics(
@@ -98,7 +102,9 @@ def test_hanging_line():
 
 @pytest.mark.parametrize("length, spacing", [(1e-3, 1e-4), (1e3, 25.0)])
 def test_units_are_free(length, spacing):
-    """interface.md: a case may have units; the support of a free or fixed line does not depend on their size."""
+    """interface.md: a case may have units; the support of a free or fixed line does not depend on their
+    size.
+    """
     body = ms.build(ms.geometry.Line(length=length, spacing=spacing))
     parts = dict(kinematics=Line(), material=Spring(mu=MU), law=Proportional(beta=BETA), fixed=["right"])
     mechanics = ms.Mechanics(body, **parts)
@@ -109,8 +115,8 @@ def test_units_are_free(length, spacing):
 
 
 def test_start_states():
-    """model.md, reading 9: an elastic body starts contracted, J(0) = 1 + γ(v(0)), unless the stretch is imposed;
-    a viscous one starts relaxed (Mechanics.start).
+    """model.md, reading 9: an elastic body starts contracted, J(0) = 1 + γ(v(0)), unless the stretch is
+    imposed; a viscous one starts relaxed (Mechanics.start).
     """
     elastic = make(fixed=["left"])
     viscous = make(fixed=["left"], relaxation_time=0.3)
@@ -123,7 +129,9 @@ def test_start_states():
 
 
 def test_imposed_stretch_holds_until_its_time():
-    """ImposedStretch: holds the body for t < until, no matter what is solved for; then the body is let go."""
+    """ImposedStretch: holds the body for t < until, no matter what is solved for; then the body is let
+    go.
+    """
     mechanics = make(robin=0.7, imposed_stretch=ms.ImposedStretch(value=1.0, until=0.3))
     mechanics.v.x.array[:] = 1.0
     mechanics.start()
@@ -145,7 +153,9 @@ def test_imposed_stretch_holds_until_its_time():
 @pytest.mark.parametrize("gamma", [-1.0, -1.5])
 @pytest.mark.parametrize("parts", [dict(fixed=["left"]), dict(robin=0.7)], ids=["fixed", "robin"])
 def test_inverted_line_is_an_error(gamma, parts):
-    """Mechanics.solve: ComputationError where the body is inverted; x′ = 1 + γ ≤ 0 is no deformation (1.1)."""
+    """Mechanics.solve: ComputationError where the body is inverted; x′ = 1 + γ ≤ 0 is no deformation
+    (1.1).
+    """
     mechanics = make(**parts)
     mechanics.start()
     mechanics.v.x.array[:] = -gamma / BETA

@@ -95,15 +95,21 @@ class Body:
 
     def extent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         """Lowest and highest coordinates of the body over all processes, each of length ``dim``."""
-        x = self.mesh.geometry.x[:, : self.dim]
-        low = x.min(axis=0) if len(x) else np.full(self.dim, np.inf)
-        high = x.max(axis=0) if len(x) else np.full(self.dim, -np.inf)
-        return self.comm.allreduce(low, MPI.MIN), self.comm.allreduce(high, MPI.MAX)
+        return extent(self.mesh)
 
     @property
     def cells(self) -> int:
         """Number of cells over all processes."""
         return int(self.mesh.topology.index_map(self.mesh.topology.dim).size_global)
+
+
+def extent(mesh: dmesh.Mesh) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Lowest and highest coordinates of a mesh over all processes, each as long as its dimension."""
+    x = mesh.geometry.x[:, : mesh.geometry.dim]
+    low, high = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
+    mesh.comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
+    mesh.comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
+    return low, high
 
 
 class Fibres(Protocol):

@@ -7,6 +7,7 @@ from typing import Any
 
 from myostrain.engine import MPI, fem
 from myostrain.errors import InputError
+from myostrain.geometry.body import extent
 from myostrain.output.metrics import crossing_time
 
 import numpy as np
@@ -54,7 +55,7 @@ class Probes:
         self._comm.Allreduce(found, owner, op=MPI.MIN)
         for name, rank, position in zip(self.names, owner, self.positions, strict=True):
             if rank == self._comm.size:
-                low, high = _extent(mesh, self._comm)
+                low, high = (corner.tolist() for corner in extent(mesh))
                 raise InputError(
                     f"{position[:dim].tolist()} lies outside the body, which extends from {low} to {high}",
                     f"probes.{name}",
@@ -119,9 +120,3 @@ class ActivationTimes:
 def _first(kept: Array, new: Array) -> None:
     missing = np.isnan(kept)
     kept[missing] = new[missing]
-
-
-def _extent(mesh: Any, comm: Any) -> tuple[list[float], list[float]]:
-    x = mesh.geometry.x[:, : mesh.geometry.dim]
-    low, high = comm.allreduce(x.min(axis=0), MPI.MIN), comm.allreduce(x.max(axis=0), MPI.MAX)
-    return low.tolist(), high.tolist()

@@ -1,0 +1,44 @@
+"""The work that shipped cases take, counted: a regression guard that no clock disturbs.
+
+The bounds are the counts measured when they were last set, plus a tenth (integers: plus two). Who makes a
+scheme cheaper lowers them; who raises one says why in the commit.
+"""
+
+import myostrain as ms
+from myostrain import cases
+
+import pytest
+
+#: Case, overrides; measured: steps, CG iterations, mechanics solves, corrections, factorizations, assemblies
+#: of the diffusion, fixed-point iterations.
+MEASURED = [
+    ("sheet-2d", ["geometry.spacing=2.428", "time.end=0.6"], (150, 1028, 76, 160, 1, 76, 0)),
+    ("sheet-2d", ["time.end=0.06", "probes={}"], (15, 199, 8, 25, 1, 9, 0)),
+    ("pulse-1d", ["time.end=0.5", "output.rigid_twin=false"], (500, 3030, 501, 623, 1, 501, 0)),
+    ("pulse-1d-rigid", ["time.end=0.5"], (500, 2528, 0, 0, 0, 1, 0)),
+    ("front-1d", ["time.end=0.5"], (500, 3101, 501, 599, 2, 501, 0)),
+    ("startup-1d", [], (300, 8665, 1928, 2957, 1, 1928, 1927)),
+]
+
+
+@pytest.mark.parametrize("name, overrides, measured", MEASURED, ids=[f"{n}-{len(o)}" for n, o, _ in MEASURED])
+def test_a_case_takes_no_more_work_than_it_did(name, overrides, measured):
+    results = ms.Case.from_file(cases.path(name), overrides).simulation().run()
+    solver = results["solver"]
+    counted = (
+        results["steps"],
+        solver["potential"]["linear"],
+        solver["mechanics"]["solves"],
+        solver["mechanics"]["linear"],
+        solver["mechanics"]["factorizations"],
+        solver["potential"]["assemblies"],
+        solver["coupling"]["iterations"],
+    )
+    bounds = tuple(max(int(1.1 * count), count + 2) for count in measured)
+    assert counted[0] == measured[0]
+    assert all(count <= bound for count, bound in zip(counted, bounds, strict=True)), (counted, measured)
+    # And no less than a third: then the guard guards nothing and is to be set anew.
+    assert all(3 * count >= bound for count, bound in zip(counted, measured, strict=True)), (
+        counted,
+        measured,
+    )

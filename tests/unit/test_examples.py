@@ -1,0 +1,153 @@
+"""The scripts that newcomers copy: they run, do what they say, and are those of the README."""
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import myostrain as ms
+from myostrain import Case, cases
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
+
+from small_cases import ALONE
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+
+def run(name, **numbers):
+    """Run an example in the present folder, with other numbers for some of its keyword arguments.
+
+    Returns:
+        Its names, and what it prints.
+    """
+    text = (ROOT / "examples" / f"{name}.py").read_text(encoding="utf-8")
+    for key, value in numbers.items():
+        text, found = re.subn(rf"\b{key}=[\d.e+-]+", f"{key}={value}", text)
+        assert found == 1, f"{name}.py has no {key}= that is a number"
+    names, out = {"__name__": "__main__"}, io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(text, f"{name}.py", "exec"), names)
+    return names, out.getvalue()
+
+
+def test_readme_script_is_the_example():
+    """Requirements, "Python": "that script is in the README and in examples/, and a test runs it"."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"<!-- sheet-script -->\n```python\n(.*?)```\n<!-- /sheet-script -->", readme, re.S)
+    assert shown == (ROOT / "examples" / "sheet.py").read_text(encoding="utf-8")
+
+
+def test_sheet_is_about_fifteen_lines():
+    """Requirements: "a coupled sheet in about fifteen lines over the public names"."""
+    lines = (ROOT / "examples" / "sheet.py").read_text(encoding="utf-8").splitlines()
+    code = [line for line in lines if line.strip() and not line.startswith(('"""', "import"))]
+    assert len(code) <= 18
+    assert [line for line in lines if "import" in line] == ["import myostrain as ms"]
+    assert not re.search(r"\._", "\n".join(lines))  # public names only
+
+
+def test_sheet_is_the_shipped_case(tmp_path, monkeypatch):
+    """Its docstring: the paper's figure 3, on a coarser mesh; the same numbers as the case on that mesh."""
+    monkeypatch.chdir(tmp_path)
+    names, out = run("sheet", end=0.1)
+    results = names["results"]
+    settings = (
+        "geometry.spacing=2.0",
+        "initial.sampling=nodal",  # as in a script that does not ask for anything else
+        "time.end=0.1",
+        "probes={near=[80.0, 50.0], far=[50.0, 130.0]}",
+    )
+    case = Case.from_file(cases.path("sheet-2d"), settings)
+    expected = case.simulation(ALONE).run()
+    assert (results["cells"], results["steps"]) == (expected["cells"], expected["steps"])
+    for name in ("potential_max", "potential_min", "amount", "displacement_max"):
+        # Measured 3e-6: the tolerance of mechanics, 1e-6 of the body in the case file, less in the script.
+        assert results["metrics"][name] == pytest.approx(expected["metrics"][name], rel=1e-5), name
+    assert str(results["metrics"]) in out
+    written = {path.name for path in (tmp_path / "runs" / "sheet").iterdir()}
+    assert written >= {"results.json", "probes.csv", "fields.bp", "snapshots.h5"}
+    run("sheet", end=0.01)  # again, over the results of the first time
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """The names of the script with objects of its own, run for a moment."""
+    with contextlib.chdir(tmp_path_factory.mktemp("own")):
+        names, out = run("own_material", end=1)
+        assert Path("runs/own-material/results.json").exists()
+    assert "displacement_max" in out
+    assert names["model"].time == 1.0
+    assert 0.01 < names["model"].mechanics.displacement().x.array.max() < 1.0
+    return names
+
+
+@pytest.mark.parametrize("v", [0.3, 1.0])
+def test_own_material_and_law(own, v):
+    """The script's W and γ by its formulas: a free, uniformly active sheet has the stretch of least energy.
+
+    F = diag(λ, λ^−½, λ^−½) along the fibre in plane stress with J = 1; Fe = F Fo⁻¹, Fo = 1 + γ n⊗n.
+    """
+    body = ms.build(ms.geometry.Rectangle(size=(2, 1)), ms.UniformFibres(direction=(1, 0)), ALONE)
+    mechanics = ms.Mechanics(
+        body,
+        kinematics=ms.kinematics.PlaneStress(),
+        material=own["FibreReinforced"](mu=1.5, kappa=4.0),
+        law=own["Saturating"](beta=0.25, half=0.3),
+    )
+    mechanics.v.x.array[:] = v
+    mechanics.start()
+    active = 1 - 0.25 * v**2 / (v**2 + 0.09)
+
+    def energy(stretch):
+        squared = (stretch / active) ** 2
+        return 1.5 / 2 * (squared + 2 / stretch - 3) + 4.0 / 4 * (squared - 1) ** 2
+
+    expected = minimize_scalar(energy, bounds=(0.5, 1.2), method="bounded", options={"xatol": 1e-10}).x
+    X = body.mesh.geometry.x[:, :2]
+    ends = (X + mechanics.displacement().x.array.reshape(-1, 2))[
+        (X[:, 1] == 0.0) & np.isin(X[:, 0], (0.0, 2.0))
+    ]
+    found = np.linalg.norm(ends[1] - ends[0]) / 2.0  # a free body may turn
+    assert found == pytest.approx(expected, abs=1e-7)  # measured 5e-9
+    assert found < 0.99
+
+
+def test_own_membrane(own):
+    """The script's membrane is Aliev's and Panfilov's (1996), integrated at a point by scipy.
+
+    dv/dt = −k v (v − a)(v − 1) − v r, dr/dt = (ε + μ₁ r/(μ₂ + v)) (−r − k v (v − a − 1)).
+    """
+
+    def rates(_, y):
+        v, r = y
+        return (
+            -8 * v * (v - 0.15) * (v - 1) - v * r,
+            (0.002 + 0.2 * r / (0.3 + v)) * (-r - 8 * v * (v - 0.15 - 1)),
+        )
+
+    body = ms.build(ms.geometry.Line(length=2), comm=ALONE)
+    potential = ms.Potential(body, cell=own["AlievPanfilov"](), diffusivity=1.0)
+    potential.v.x.array[:] = 0.4
+    model = ms.Electromechanics(potential)
+    ms.Simulation(model, step=5e-3, end=10.0).run()
+    expected = solve_ivp(rates, (0, 10.0), (0.4, 0.0), rtol=1e-10, atol=1e-12).y[:, -1]
+    # Measured 3e-6, of second order in the time step.
+    np.testing.assert_allclose(potential.v.x.array, expected[0], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(potential.states["recovery"].x.array, expected[1], rtol=0, atol=1e-5)
+    assert expected[1] > 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [path.stem for path in EXAMPLES])
+def test_example_as_it_is(tmp_path, monkeypatch, name):
+    """Every example, unchanged: the wave passes both probes at its membrane's speed, and moves the sheet."""
+    monkeypatch.chdir(tmp_path)
+    results = run(name)[0]["results"]
+    low, high = {"sheet": (42.0, 52.0), "own_material": (1.1, 1.4)}[name]  # measured 49.0 and 1.22
+    assert low < results["metrics"]["celerity"] < high
+    assert results["metrics"]["displacement_max"] > 1.0

@@ -1,0 +1,352 @@
+"""The result folder: what is in it, what of it remains when a run fails, and what it never overwrites."""
+
+import csv
+import json
+import tomllib
+
+import myostrain as ms
+from myostrain import Case, ComputationError, InputError, run_case
+from myostrain.output.folder import OWN, free_name, prepare, write_json
+from myostrain.running import compare, load_results
+
+import h5py
+import numpy as np
+import pytest
+
+from small_cases import ALONE, LINE, SHEET, changed
+
+#: interface.md, "Result folder", word for word.
+INTERFACE = {
+    "case": str, "completed": bool, "time": float, "steps": int, "processes": int, "metrics": dict,
+    "probes": dict, "solver": dict, "seconds": dict, "cells": int, "unknowns": dict, "parameters": dict,
+    "versions": dict,
+}  # fmt: skip
+METRICS = {
+    "celerity", "width_material", "width_spatial", "potential_max", "potential_min", "displacement_max",
+}  # fmt: skip
+
+LONGER = changed(LINE, {"time.end": 0.3, "output.every": 0.05, "output.rigid_twin": True, "name": "short"})
+SHEETS = changed(SHEET, {"mechanics.every": 2, "solver.potential": {"ksp_rtol": 1e-9}})
+
+
+@pytest.fixture(scope="module", params=[LONGER, SHEETS], ids=["line", "sheet"])
+def run(request, tmp_path_factory):
+    """A run's case, folder and results."""
+    case = Case.from_dict(request.param)
+    folder = tmp_path_factory.mktemp("run") / "out"
+    return case, folder, run_case(case, folder, comm=ALONE)
+
+
+def read_probes(folder):
+    with (folder / "probes.csv").open(newline="", encoding="utf-8") as stream:
+        header, *rows = csv.reader(stream)
+    return header, np.array(rows, dtype=float)
+
+
+def strict(text):
+    """JSON as its standard has it: no NaN, no Infinity."""
+
+    def refuse(word):
+        raise AssertionError(word)
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_results_are_those_of_the_interface(run):
+    """interface.md, results.json: these keys, of these types; "add to it freely"."""
+    case, folder, returned = run
+    found = strict((folder / "results.json").read_text(encoding="utf-8"))
+    assert found == load_results(folder) == json.loads(json.dumps(returned))
+    assert {key: type(found[key]) for key in INTERFACE} == INTERFACE
+    assert set(found["metrics"]) >= METRICS
+    assert (found["completed"], found["case"], found["processes"]) == (True, case.name, 1)
+    assert found["time"] == case.time.end
+    assert found["steps"] == round(case.time.end / case.time.step)
+    for name, probe in found["probes"].items():
+        assert set(probe) == {"position", "activation_time"}
+        np.testing.assert_array_equal(probe["position"][: len(case.probes[name])], case.probes[name])
+    assert list(found["probes"]) == list(case.probes)
+    assert {"solves", "newton", "linear", "factorizations"} <= set(found["solver"]["mechanics"])
+    assert {"solves", "linear"} <= set(found["solver"]["potential"])
+    assert found["solver"]["potential"]["solves"] == found["steps"]
+    assert found["solver"]["mechanics"]["solves"] == found["steps"] // case.scheme.every + 1
+    assert {"total", "setup", "potential", "mechanics", "output"} <= set(found["seconds"])
+    assert all(value >= 0 for value in found["seconds"].values())
+    assert {"myostrain", "dolfinx", "petsc", "mpi", "numpy", "python"} <= set(found["versions"])
+    assert found["scheme"]["name"] == "SecondOrder"  # "Which one ran is in the results"
+    assert found["parameters"] == json.loads(json.dumps(case.parameters))
+    nodes = found["unknowns"]["potential"]
+    assert (found["cells"], nodes, found["unknowns"]["states"]) in ((20, 21, 21), (96, 61, 61))
+    assert found["unknowns"]["mechanics"] == (41 if nodes == 21 else 122)
+
+
+def test_metrics_are_what_the_interface_says(run):
+    """interface.md: celerity is distance over difference of activation times between the first two probes."""
+    case, folder, results = run
+    metrics = results["metrics"]
+    (a, b) = (np.array(p) for p in list(case.probes.values())[:2])
+    times = [results["probes"][name]["activation_time"] for name in list(case.probes)[:2]]
+    if None in times:
+        assert metrics["celerity"] is None
+    else:
+        assert metrics["celerity"] == pytest.approx(np.linalg.norm(b - a) / (times[1] - times[0]), rel=1e-12)
+    with h5py.File(folder / "snapshots.h5") as file:
+        v, u = file["potential"][-1], file["displacement"][-1]
+    # The snapshots have single precision.
+    assert metrics["potential_max"] == pytest.approx(v.max(), rel=1e-6)
+    assert metrics["potential_min"] == pytest.approx(v.min(), rel=1e-6)
+    assert metrics["displacement_max"] == pytest.approx(np.linalg.norm(u, axis=-1).max(), rel=1e-6)
+    if v.size == 61:
+        assert metrics["width_material"] is metrics["width_spatial"] is None
+
+
+def test_rigid_twin(run):
+    """The rigid twin of pulse-1d: its metrics and the ratios; its own folder is whole, and it is rigid."""
+    case, folder, results = run
+    assert (folder / "rigid").exists() is case.output.rigid_twin
+    if not case.output.rigid_twin:
+        return
+    twin = load_results(folder / "rigid")
+    assert twin["metrics"]["displacement_max"] == 0.0
+    assert results["metrics"]["celerity"] > 0
+    for name in ("celerity", "width_material", "width_spatial"):
+        assert results["metrics"][f"{name}_rigid"] == twin["metrics"][name]
+    ratio = results["metrics"]["celerity"] / twin["metrics"]["celerity"]
+    assert results["metrics"]["celerity_ratio"] == pytest.approx(ratio, rel=1e-15)
+    assert case.rigid().parameters["mechanics"]["imposed_stretch"] == {"value": 1.0, "until": float("inf")}
+    nothing = dict.fromkeys(("celerity", "width_material", "width_spatial"))
+    assert set(compare(nothing, twin["metrics"]).values()) >= {None}
+    assert compare({**nothing, "celerity": 1.0}, nothing)["celerity_ratio"] is None
+
+
+def test_the_resolved_case_repeats_the_run(run, tmp_path):
+    """interface.md: "myostrain run DIR/case.toml repeats it": the same metrics to the last digit."""
+    case, folder, results = run
+    again = Case.from_file(folder / "case.toml")
+    assert again == case
+    repeated = run_case(again, tmp_path / "again", comm=ALONE, figures=False)
+    assert repeated["metrics"] == results["metrics"]
+    assert repeated["probes"] == results["probes"]
+    assert tomllib.loads((folder / "case.toml").read_text(encoding="utf-8")) == case.parameters
+
+
+def test_probe_table(run):
+    """interface.md: "a row a sampled time, a column a probe and field"; the last row is the last state."""
+    case, folder, results = run
+    header, rows = read_probes(folder)
+    line = case.name == "short"
+    fields = ["potential", "recovery", "displacement_x", *([] if line else ["displacement_y"])]
+    assert header == ["time", *(f"{probe}.{field}" for probe in case.probes for field in fields)]
+    steps = results["steps"]
+    # A row every thousandth of the run, at least every step, from 0 to the end.
+    np.testing.assert_allclose(rows[:, 0], np.linspace(0.0, case.time.end, steps + 1), rtol=1e-12)
+    with h5py.File(folder / "snapshots.h5") as file:
+        X, v = file["points"][:], file["potential"][-1]
+    if line:  # where both probes are nodes
+        at = [int(np.argmin(np.abs(X[:, 0] - p[0]))) for p in case.probes.values()]
+        np.testing.assert_allclose(rows[-1][[1, 4]], v[at], rtol=1e-6)
+
+
+def test_snapshots_and_vtx(run):
+    """interface.md: fields.bp is VTX; snapshots, from which figures are drawn, hold every chosen field."""
+    case, folder, results = run
+    assert (folder / "fields.bp").is_dir()
+    assert any((folder / "fields.bp").iterdir())
+    with h5py.File(folder / "snapshots.h5") as file:
+        dim, nodes = file["points"].shape[1], results["unknowns"]["potential"]
+        frames = round(case.time.end / case.output.every) + 1
+        assert {name: file[name].shape for name in file} == {
+            "points": (nodes, dim),
+            "cells": (results["cells"], dim + 1),
+            "time": (frames,),
+            "potential": (frames, nodes),
+            "recovery": (frames, nodes),
+            "displacement": (frames, nodes, dim),
+            "stress_trace": (frames, nodes),
+            "activation_time": (nodes,),
+        }
+        np.testing.assert_allclose(file["time"], np.linspace(0, case.time.end, frames), rtol=1e-9)
+        edges = file["points"][:][file["cells"][:]]
+        volume = np.abs(np.linalg.det(edges[:, 1:] - edges[:, :1])) / dim
+        # The whole body, once: of the ellipse, the distortion (0.5 %) and the polygon (1.1 %) take 1.6 %.
+        assert volume.sum() == pytest.approx(20.0 if dim == 1 else 0.984 * np.pi * 20 * 24 / 4, rel=1e-3)
+        start = np.where(np.linalg.norm(file["points"][:] - case.initial.center, axis=1) <= 5.0, 0.9, 0.0)
+        np.testing.assert_allclose(file["potential"][0], start, rtol=1e-7)
+
+
+def test_figures_are_drawn(run):
+    """interface.md: figures/*.png, "what the case is about, ready to look at"."""
+    _, folder, _ = run
+    found = sorted(path.name for path in (folder / "figures").iterdir())
+    assert found
+    assert all((folder / "figures" / name).read_bytes()[:4] in (b"\x89PNG", b"GIF8") for name in found)
+
+
+def test_chosen_fields(tmp_path):
+    """interface.md, [output] fields: what is not chosen is not written; none at all is allowed too."""
+    chosen = Case.from_dict(changed(LINE, {"output.fields": ["potential"]}))
+    run_case(chosen, tmp_path / "one", comm=ALONE)
+    with h5py.File(tmp_path / "one" / "snapshots.h5") as file:
+        assert set(file) == {"points", "cells", "time", "potential", "activation_time"}
+    none = Case.from_dict(changed(LINE, {"output.fields": [], "probes": {}}))
+    results = run_case(none, tmp_path / "none", comm=ALONE)
+    assert results["completed"]
+    assert {path.name for path in (tmp_path / "none").iterdir()} <= {"case.toml", "results.json", "figures"}
+
+
+# Failure.
+
+BREAKS = 0.006
+
+
+def breaking_simulation(out, **options):
+    """A run of 10 steps that fails in the step to t = 0.007."""
+
+    def stimulus(x, time):
+        return np.full(len(x), np.nan if time > BREAKS + 1e-9 else 0.0)
+
+    body = ms.build(ms.geometry.Line(length=20.0), comm=ALONE)
+    mechanics = ms.Mechanics(
+        body,
+        kinematics=ms.kinematics.Line(),
+        material=ms.materials.Spring(),
+        law=ms.activation.Proportional(),
+        fixed=["left"],
+    )
+    potential = ms.Potential(
+        body,
+        cell=ms.cells.FitzHughNagumo(),
+        diffusivity=100.0,
+        deformation=mechanics.deformation,
+        stimulus=stimulus,
+    )
+    ms.Bump(potential=0.9, center=(0.0,), radius=5.0).apply(potential)
+    model = ms.Electromechanics(potential, mechanics)
+    return ms.Simulation(model, step=1e-3, end=1e-2, out=out, probes={"a": (6.0,)}, every=2e-3, **options)
+
+
+def check_remains(folder):
+    """What was computed before the failure is readable, and nothing says that the run ended well."""
+    assert not (folder / "results.json").exists()
+    failure = strict((folder / "failure.json").read_text(encoding="utf-8"))
+    assert failure["time"] == pytest.approx(BREAKS, abs=1.01e-3)
+    assert failure["reason"]
+    assert failure["advice"]
+    _, rows = read_probes(folder)
+    np.testing.assert_allclose(rows[:, 0], np.arange(7) * 1e-3, atol=1e-12)
+    assert np.isfinite(rows).all()
+    with h5py.File(folder / "snapshots.h5") as file:
+        np.testing.assert_allclose(file["time"], [0.0, 0.002, 0.004, 0.006], atol=1e-12)
+        assert all(np.isfinite(file[name]).all() for name in ("potential", "displacement", "stress_trace"))
+
+
+def test_failure_leaves_what_was_computed(tmp_path):
+    """Requirements: NaN "stops the run with the physical time and the reason"; the rest "stays readable".
+
+    results.json is "present only when the run ended well", so it is absent although an earlier run left one.
+    """
+    out = tmp_path / "out"
+    run_case(Case.from_dict(LINE), out, comm=ALONE, figures=False)
+    assert (out / "results.json").exists()
+    with pytest.raises(ComputationError, match=r"at t = 0\.00[67]"):
+        breaking_simulation(out, force=True).run()
+    check_remains(out)
+
+
+def test_failure_of_the_rigid_twin_is_a_failure(tmp_path, monkeypatch):
+    """interface.md: results.json is "present only when the run ended well"; the twin is part of the run."""
+
+    def fails(self, *_):
+        raise ComputationError("the twin's failure")
+
+    case = Case.from_dict(changed(LINE, {"output.rigid_twin": True}))
+    solve = ms.Mechanics.solve
+
+    def solve_or_fail(mechanics, time, **options):
+        return fails(mechanics) if mechanics.held(time) else solve(mechanics, time, **options)
+
+    monkeypatch.setattr(ms.Mechanics, "solve", solve_or_fail)
+    with pytest.raises(ComputationError, match="the twin's failure"):
+        run_case(case, tmp_path / "out", comm=ALONE, figures=False)
+    assert not (tmp_path / "out" / "results.json").exists()
+
+
+# The folder.
+
+
+def snapshot_of(folder):
+    return {str(p.relative_to(folder)): p.is_dir() or p.read_bytes() for p in sorted(folder.rglob("*"))}
+
+
+def test_held_folder_is_refused_untouched(tmp_path):
+    """Requirements, "an output folder that exists ...: nothing overwritten without --force"."""
+    for name in ("results.json", "notes.txt", ".hidden"):
+        folder = tmp_path / f"with {name}"
+        folder.mkdir()
+        (folder / name).write_text("mine")
+        before = snapshot_of(folder)
+        with pytest.raises(InputError, match=r"--out: .*--force"):
+            run_case(Case.from_dict(LINE), folder, comm=ALONE)
+        assert snapshot_of(folder) == before
+
+
+@pytest.mark.parametrize("foreign", ["notes.txt", "figures/mine.png", "rigid/notes.txt", "old/results.json"])
+def test_force_never_removes_what_no_run_has_written(tmp_path, foreign):
+    """folder.prepare: "results of an earlier run in it may be removed. Other files are never touched"."""
+    out = tmp_path / "out"
+    run_case(Case.from_dict(LINE), out, comm=ALONE, figures=False)
+    (out / foreign).parent.mkdir(parents=True, exist_ok=True)
+    (out / foreign).write_text("mine")
+    (out / "results.json").write_text("old")
+    try:
+        run_case(Case.from_dict(LINE), out, comm=ALONE, force=True, figures=False)
+    except InputError:
+        assert (out / "results.json").read_text() == "old"
+    assert (out / foreign).read_text() == "mine"
+
+
+def test_force_replaces_an_earlier_run_wholly(tmp_path):
+    """--force: what an earlier run wrote is gone, also what the new one does not write."""
+    out = tmp_path / "out"
+    run_case(Case.from_dict(changed(LINE, {"output.rigid_twin": True})), out, comm=ALONE)
+    (out / "failure.json").write_text("{}")
+    assert (out / "rigid").exists()
+    run_case(Case.from_dict(changed(LINE, {"probes": {}})), out, comm=ALONE, force=True, figures=False)
+    left = {path.name for path in out.iterdir()}
+    assert left == {"case.toml", "results.json", "fields.bp", "snapshots.h5"}
+    assert left < set(OWN)
+
+
+def test_folder_that_cannot_be_written(tmp_path):
+    """Requirements, "an output folder that ... cannot be written": one message, nothing computed."""
+    (tmp_path / "file").write_text("mine")
+    for path, words in (
+        (tmp_path / "file", "is a file"),
+        (tmp_path / "file" / "below", "cannot be written"),
+        ("/proc/nonexistent/out", "cannot be written"),
+    ):
+        with pytest.raises(InputError, match=f"--out: .*{words}"):
+            prepare(tmp_path / path, force=True, comm=ALONE)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_new_and_empty_folders_are_taken(tmp_path):
+    """interface.md, --out DIR: made with its parents where it is not there, used where it is empty."""
+    (tmp_path / "empty").mkdir()
+    for path in (tmp_path / "empty", tmp_path / "a" / "b"):
+        assert prepare(path, force=False, comm=ALONE) == path
+        assert list(path.iterdir()) == []
+
+
+def test_names_and_numbers(tmp_path):
+    """Without --out nothing is overwritten: the first free name; JSON holds no infinity and refuses NaN."""
+    base = tmp_path / "case"
+    for expected in ("case", "case-2", "case-3"):
+        assert free_name(base).name == expected
+        free_name(base).mkdir()
+    write_json(tmp_path / "x.json", {"until": float("inf"), "deep": [{"a": (1.5, None)}]})
+    assert strict((tmp_path / "x.json").read_text()) == {"until": "inf", "deep": [{"a": [1.5, None]}]}
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json(tmp_path / "x.json", {"x": float("nan")})
+    assert sorted(path.name for path in tmp_path.iterdir() if path.is_file()) == ["x.json"]
+    assert strict((tmp_path / "x.json").read_text())["until"] == "inf"
