@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import io
+import json
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -66,6 +67,15 @@ def write_case(path: Path, case: dict[str, Any]) -> Path:
     """Write a case file."""
     path.write_text(tomlkit.dumps(case), encoding="utf-8")
     return path
+
+
+def strict_json(text: str) -> Any:
+    """JSON as its standard has it: no NaN, no Infinity."""
+
+    def refuse(word: str) -> None:
+        raise AssertionError(word)
+
+    return json.loads(text, parse_constant=refuse)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from myostrain.mechanics import ImposedStretch, Mechanics
 from myostrain.output.fields import FieldName
 from myostrain.potential import Balance, Mass, Potential
 from myostrain.simulation import Simulation
-from myostrain.validation import NonNegative, Positive, description
+from myostrain.validation import Finite, Flag, NonNegative, Positive, description
 
 import pydantic
 import tomlkit
@@ -90,7 +90,7 @@ class OutputSection:
 
     every: Positive | None = None
     fields: tuple[FieldName, ...] = ("potential", "states", "displacement", "stress_trace")
-    rigid_twin: bool = False
+    rigid_twin: Flag = False
 
 
 #: Sections of a case file, and whether they must be there.
@@ -141,7 +141,7 @@ class Case:
     parameters: Mapping[str, Any]
 
     @classmethod
-    def from_file(cls, path: Path, overrides: Sequence[str] = ()) -> Case:
+    def from_file(cls, path: str | Path, overrides: Sequence[str] = ()) -> Case:
         """Read a case file.
 
         Args:
@@ -151,6 +151,7 @@ class Case:
         Raises:
             InputError: The file cannot be read, is no TOML, or says what cannot be.
         """
+        path = Path(path)
         geometry.readable(path, "FILE")
         try:
             data = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -210,25 +211,27 @@ class Case:
                     "mechanics.every",
                 )
             pace = {}
+        if "every" in part["time"]:
+            raise InputError("this key is called mechanics.every", "time.every")
         timing = {k: part["time"].pop(k) for k in ("step", "end") if k in part["time"]}
         made = {
-            "geometry": _make(form, part["geometry"], "geometry"),
+            "geometry": _make(form, part["geometry"], "geometry", also=("kind",)),
             "fibres": _make(geometry.UniformFibres, part["fibres"], "fibres") if part["fibres"] else None,
-            "cell": _make(model, part["cell"], "cell"),
+            "cell": _make(model, part["cell"], "cell", also=("model",)),
             "potential": _make(PotentialSection, part["potential"], "potential"),
             "initial": _make(Bump, part["initial"], "initial"),
-            "law": _make(law, part["activation"], "activation"),
+            "law": _make(law, part["activation"], "activation", also=("law", "deformation")),
             "deformation": _make(active, {}, "activation"),
-            "material": _make(material, part["material"], "material"),
+            "material": _make(material, part["material"], "material", also=("model",)),
             "mechanics": _make(
-                MechanicsSection, part["mechanics"], "mechanics", also=("constraint", "every")
+                MechanicsSection, part["mechanics"], "mechanics", also=("kinematics", "constraint", "every")
             ),
             "kinematics": _make(kin, constraint, "mechanics"),
             "scheme": _make(
                 scheme,
                 {**part["time"], **pace},
                 "time",
-                also=("step", "end"),
+                also=("scheme", "step", "end"),
                 sections={"every": "mechanics"},
             ),
             "time": _make(TimeSection, timing, "time"),
@@ -284,9 +287,8 @@ class Case:
             deformation=mechanics.deformation,
             options=self.solver.get("potential"),
         )
-        model = Electromechanics(potential, mechanics, self.scheme)
         self.initial.apply(potential)
-        return model
+        return Electromechanics(potential, mechanics, self.scheme)
 
     def simulation(
         self, comm: Any = MPI.COMM_WORLD, out: Path | None = None, force: bool = False
@@ -364,9 +366,11 @@ def _make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
     checked = {}
     for name, point in section.items():
         try:
-            checked[name] = pydantic.TypeAdapter(tuple[float, ...]).validate_python(point)
+            checked[name] = pydantic.TypeAdapter(tuple[Finite, ...]).validate_python(point)
         except pydantic.ValidationError:
-            raise InputError(f"give coordinates, such as [100.0], not {point!r}", f"probes.{name}") from None
+            raise InputError(
+                f"give finite coordinates, such as [100.0], not {point!r}", f"probes.{name}"
+            ) from None
     return checked
 
 
@@ -389,7 +393,10 @@ def _override(data: dict[str, Any], assignment: str) -> None:
     if not equals or not all(path):
         raise InputError(f"'{assignment}' is not of the form KEY=VALUE, such as cell.alpha=0.13", "--set")
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
+        parsed = tomllib.loads(f"value = {text}")
+        if "\n" in text or set(parsed) != {"value"}:
+            raise InputError("give one value, on one line", f"--set {key}")
+        value = parsed["value"]
     except tomllib.TOMLDecodeError:
         # A shell takes the quotes away: a bare word is a text.
         value = text.strip()

@@ -174,8 +174,10 @@ class _Track:
 def main() -> NoReturn:
     """Run the command line: 0 done, 2 wrong input, 3 failed computation, 130 interrupted."""
     try:
-        app(standalone_mode=False)
-        status = 0
+        stopped = app(standalone_mode=False)
+        status = stopped if isinstance(stopped, int) else 0
+        if status == 130:
+            _complain("interrupted; what was written so far stays readable", status)
     except InputError as error:
         status = _complain(str(error), 2)
     except ComputationError as error:

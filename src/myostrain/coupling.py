@@ -5,17 +5,16 @@ Each scheme below is one page of that order; nothing else in myostrain knows bot
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Protocol
+from typing import ClassVar, Protocol
 
 from myostrain.errors import ComputationError, InputError
 from myostrain.history import backward_difference, extrapolation_weights
 from myostrain.mechanics import Mechanics
 from myostrain.potential import Potential
 from myostrain.solvers import largest
-from myostrain.validation import Positive, description
+from myostrain.validation import Count, Positive, description
 
 import numpy as np
-from pydantic import Field
 
 
 class Scheme(Protocol):
@@ -64,6 +63,7 @@ class Electromechanics:
         """Find the initial configuration for the present potential, at time 0."""
         self.time, self.steps, self._times = 0.0, 0, [0.0]
         if self.mechanics is not None:
+            check_well_posed(self.potential, self.mechanics)
             self._give_potential()
             self.mechanics.start(0.0)
         self.potential.start()
@@ -102,8 +102,9 @@ class Electromechanics:
         """
         assert self.mechanics is not None
         self._give_potential()
-        self.mechanics.solve(end, order=order)
-        if not self.mechanics.held(end):
+        held = self.mechanics.held(self.time)  # a stretch that ends now has held the body until now
+        self.mechanics.solve(end, order=order, held=held)
+        if not held:
             self.displacement_lag = max(self.displacement_lag, self.mechanics.lag(end, handed_over))
         self.mechanics.accept(end)
 
@@ -147,10 +148,17 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> None:
         InputError: It does.
     """
     v = np.linspace(0.0, 1.0, 101)
+    largest_v = largest(potential.v.x.array, potential.body.comm)
     try:
         gamma = np.array([float(mechanics.law.gamma(value)) for value in v])
+        at_most = 1 + float(mechanics.law.gamma(largest_v))
     except (TypeError, ValueError):  # a law in UFL terms that floats do not fit
         return
+    if largest_v > 1 and not at_most > 0:
+        raise InputError(
+            f"the active deformation is singular: 1 + γ = {at_most:.3g} for v = {largest_v:.3g}",
+            "initial.potential",
+        )
     key = "activation.beta" if hasattr(mechanics.law, "beta") else "activation"
     if not (1 + gamma > 0).all():
         raise InputError(
@@ -182,7 +190,7 @@ class Implicit:
     """
 
     tolerance: Positive = 1e-8
-    max_iterations: Annotated[int, Field(ge=1)] = 60
+    max_iterations: Count = 60
     order: ClassVar[int] = 1
 
     def advance(self, model: Electromechanics, start: float, end: float) -> None:
@@ -193,7 +201,7 @@ class Implicit:
         for iteration in range(self.max_iterations):
             if mechanics is not None:
                 mechanics.v.x.array[:] = guess
-                mechanics.solve(end, predict=iteration == 0)
+                mechanics.solve(end, predict=iteration == 0, held=mechanics.held(start))
                 mechanics.hand_over_present()
                 potential.update_deformation()
             potential.solve(end, guess, weights)
@@ -221,7 +229,7 @@ class Staggered:
         every: Potential steps between solves of mechanics.
     """
 
-    every: Annotated[int, Field(ge=1)] = 1
+    every: Count = 1
     order: ClassVar[int] = 1
 
     def advance(self, model: Electromechanics, start: float, end: float) -> None:
@@ -248,7 +256,7 @@ class SecondOrder:
         every: Potential steps N between solves of mechanics.
     """
 
-    every: Annotated[int, Field(ge=1)] = 1
+    every: Count = 1
     order: ClassVar[int] = 2
 
     def advance(self, model: Electromechanics, start: float, end: float) -> None:

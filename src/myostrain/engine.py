@@ -40,7 +40,7 @@ if np.dtype(PETSc.ScalarType) != np.float64:
 # Options that a solver has no use for are checked when it is made, not complained about at exit.
 PETSc.Options().setValue("options_left", False)
 
-__all__ = ["MPI", "PETSc", "compile_form", "cpu_key", "jit_options", "versions"]
+__all__ = ["MPI", "PETSc", "compile_form", "cpu_key", "jit_options", "lasting", "versions"]
 
 # As -ffast-math, but NaN and Inf keep their meaning (a diverging run must show) and linking sets no
 # process-wide flag.
@@ -54,6 +54,19 @@ NATIVE_FLAGS = [
     "-fassociative-math",
     "-freciprocal-math",
 ]
+
+
+def lasting(comm: Any) -> Any:
+    """A communicator over the same processes that is never freed, where there is one.
+
+    A mesh's own communicator goes away with the mesh, and mpi4py may then wait for ever if a pickling
+    collective (``allreduce``, ``bcast``, ...) was used on it and bodies are freed while an exception
+    propagates.
+    """
+    for known in (MPI.COMM_WORLD, MPI.COMM_SELF):
+        if MPI.Comm.Compare(comm, known) in (MPI.IDENT, MPI.CONGRUENT):
+            return known
+    return comm
 
 
 @cache

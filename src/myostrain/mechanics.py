@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 from myostrain.activation import ActivationLaw, ActiveDeformation, Fibre
-from myostrain.engine import compile_form, fem
-from myostrain.errors import InputError
+from myostrain.engine import MPI, compile_form, fem, jit_options
+from myostrain.errors import ComputationError, InputError
 from myostrain.geometry import Body
 from myostrain.history import History, backward_difference
 from myostrain.kinematics import Deformation, Kinematics
@@ -17,10 +17,12 @@ from myostrain.supports import fixed_conditions, rigid_body_pins
 from myostrain.timing import timed
 from myostrain.validation import Positive, description, with_constants
 
+import basix
 import basix.ufl
 import numpy as np
 import numpy.typing as npt
 import ufl
+from pydantic import Field
 
 #: Degree of the quadrature by that of the displacement, as low as keeps the order of the elements: one point
 #: for P1 (the gradient is constant, γ is taken at the centre), degree 3 for P2.
@@ -37,7 +39,7 @@ class ImposedStretch:
     """
 
     value: Positive | tuple[Positive, ...] = 1.0
-    until: float = float("inf")
+    until: Annotated[float, Field(strict=True)] = float("inf")
 
     def __post_init__(self) -> None:
         """Refuse an ``until`` that is no time."""
@@ -99,7 +101,7 @@ class Mechanics:
         tolerance: float = 1e-10,
         quadrature_degree: int | None = None,
     ) -> None:
-        _check_fit(body, kinematics, material, robin, relaxation_time)
+        _check_fit(body, kinematics, material, robin, relaxation_time, imposed_stretch)
         self.body, self.kinematics, self.law = body, kinematics, law
         self.imposed_stretch = imposed_stretch
         self.relaxation_time = relaxation_time
@@ -122,8 +124,14 @@ class Mechanics:
         self.deformation = Deformation(F, kinematics.volume_ratio(F, ufl.det(self._Fo(self.v))))
 
         residual = ufl.derivative(self._energy(), self.u)
+        if robin_boundary is not None and not (len(robin_boundary) and robin > 0):
+            body.boundary_facets(robin_boundary, "mechanics.robin_boundary")
+            raise InputError(
+                f"{list(robin_boundary)} has no effect: name parts and give robin > 0, or leave it out",
+                "mechanics.robin_boundary",
+            )
         if robin > 0:
-            ds = body.boundary_measure(robin_boundary, degree=2 * kinematics.degree)
+            ds = body.boundary_measure(robin_boundary, 2 * kinematics.degree, "mechanics.robin_boundary")
             k, w = fem.Constant(mesh, float(robin)), self._displacement(self.u)
             residual += ufl.derivative(k / 2 * ufl.inner(w, w) * ds, self.u)
         if body_force is not None:
@@ -138,7 +146,11 @@ class Mechanics:
             self._rates = [fem.Constant(mesh, 0.0) for _ in range(3)]
             residual += self._viscous_residual(relaxation_time, ufl.TestFunction(space))
         conditions = fixed_conditions(body, space, fixed, mixed)
-        if not fixed and not robin > 0 and body_force is None:
+        if not fixed and not robin > 0:
+            if body_force is not None:
+                raise InputError(
+                    "a loaded body must be held: fix a part of it, or give robin > 0", "mechanics.fixed"
+                )
             conditions += rigid_body_pins(body, space, mixed)
         low, high = body.extent()
         self.size = float(np.linalg.norm(high - low))
@@ -156,6 +168,12 @@ class Mechanics:
             options=options,
             saddle_point=mixed,
         )
+        points = basix.make_quadrature(getattr(basix.CellType, mesh.topology.cell_type.name), 2)[0]
+        orientation = ufl.as_vector(
+            [ufl.det(self._gradient(self._displacement(self.u))), ufl.det(self._Fo(self.v))]
+        )
+        self._orientation = fem.Expression(orientation, points, jit_options=jit_options())
+        self._cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
         self._nodal_u: fem.Function | None = None
         test = ufl.TestFunction(self.v.function_space)
         self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
@@ -235,30 +253,70 @@ class Mechanics:
         if self.held(time):
             self._impose()
         elif not self.relaxation_time > 0:
-            self.solver.solve()
+            self._equilibrate()
         self.accept(time)
         self.hand_over(time)
 
     @timed
-    def solve(self, time: float, *, predict: bool = True, order: int = 1) -> None:
+    def solve(self, time: float, *, predict: bool = True, order: int = 1, held: bool | None = None) -> None:
         """Find the configuration at ``time`` for the potential in ``v``.
 
         Args:
             time: Simulated time.
             predict: Whether to begin with the extrapolation of the accepted configurations.
             order: Order of the viscous rate in time, 1 or 2.
+            held: Whether the imposed stretch holds the body; that of ``time`` unless given.
 
         Raises:
             ComputationError: No equilibrium was found, or the body is inverted somewhere.
         """
-        if self.held(time):
+        if self.held(time) if held is None else held:
             self._impose()
             return
         if predict and self.history.times:
             self.history.extrapolate(time, 2, self.u.x.array)
         if self._past:
             self._set_rates(time, order)
-        self.solver.solve()
+        self._equilibrate()
+
+    def _equilibrate(self) -> None:
+        """Solve; where one jump is too far, go from the last potential to the present one in pieces."""
+        begin = self.history.values[0] if self.history.values else np.zeros_like(self.u.x.array)
+        before = self._past_v.values[0] if self._past_v.values else np.zeros_like(self.v.x.array)
+        target = self.v.x.array.copy()
+        for pieces in (1, 4, 16):
+            try:
+                for piece in range(1, pieces + 1):
+                    self.v.x.array[:] = before + (target - before) * (piece / pieces)
+                    self.solver.solve()
+                break
+            except ComputationError:
+                self.v.x.array[:] = target
+                self.u.x.array[:] = begin
+                self.solver.forget()
+                if pieces == 16:
+                    raise
+        self._check_orientation()
+
+    def _check_orientation(self) -> None:
+        """Refuse a body that is inverted, or an active deformation that is (γ ≤ −1).
+
+        Raises:
+            ComputationError: It is, with the place.
+        """
+        values = self._orientation.eval(self.body.mesh, self._cells)
+        worst = float(values.min(initial=np.inf))
+        # NaN must not pass, hence "not >".
+        if self.body.comm.allreduce(not worst > 0, op=MPI.LOR):
+            where = ""
+            if not worst > 0:
+                cell = int(np.argmin(values.reshape(len(self._cells), -1).min(axis=1)))
+                corners = self.body.mesh.geometry.x[self.body.mesh.geometry.dofmap[cell]]
+                where = f" near {np.round(corners.mean(axis=0)[: self.body.dim], 4).tolist()}"
+            raise ComputationError(
+                f"the body is inverted{where}: det F or det Fo is {worst:.3g}",
+                advice="a smaller time step, or a smaller activation or load.",
+            )
 
     def _set_rates(self, time: float, order: int) -> None:
         points = min(order, len(self.history.times))
@@ -331,7 +389,12 @@ class Mechanics:
 
 
 def _check_fit(
-    body: Body, kinematics: Kinematics, material: Material, robin: float, relaxation_time: float
+    body: Body,
+    kinematics: Kinematics,
+    material: Material,
+    robin: float,
+    relaxation_time: float,
+    stretch: ImposedStretch | None,
 ) -> None:
     if kinematics.dim != body.dim:
         raise InputError(
@@ -345,7 +408,11 @@ def _check_fit(
             f"{type(material).__name__} does not fit {type(kinematics).__name__}; take {fitting}",
             "material.model",
         )
-    if not robin >= 0:
+    if stretch is not None and isinstance(stretch.value, tuple) and len(stretch.value) != body.dim:
+        raise InputError(
+            f"{list(stretch.value)}: give one number, or {body.dim}", "mechanics.imposed_stretch"
+        )
+    if not 0 <= robin < np.inf:
         raise InputError(f"{robin} is no stiffness: give zero or a positive number", "mechanics.robin")
     if not relaxation_time >= 0:
         raise InputError(f"{relaxation_time}: give zero or a positive time", "mechanics.relaxation_time")

@@ -125,7 +125,7 @@ class Potential:
         self._diagonal = self._matrix.createVecLeft()
         self._kept_diagonal: Array = np.zeros(self._owned)
         large = global_dofs(space) > LARGE
-        defaults: Options = {
+        defaults: dict[str, str | int | float | bool | None] = {
             # The averaged mass on a body whose volume changes is not symmetric.
             "ksp_type": "cg" if self._mass is None or self.isochoric else "bcgs",
             "pc_type": "gamg" if large else "jacobi",
@@ -135,6 +135,8 @@ class Potential:
         if large:
             # Smoothers without eigenvalue estimates, which a changing matrix would falsify.
             defaults = {**defaults, "mg_levels_ksp_type": "richardson", "mg_levels_pc_type": "sor"}
+        if (options or {}).get("ksp_type") == "preonly":
+            del defaults["ksp_initial_guess_nonzero"]  # a direct solver has no use for a guess
         self.solver = LinearSolver(self._matrix, "potential", defaults, options, keep=large)
         # Past amounts, newest first: J v and J s (conservative), or v and s (advective).
         self.past: list[list[Array]] = []
@@ -271,9 +273,15 @@ class Potential:
         return largest(self.v.x.array - before, self.body.comm)
 
     def amount(self) -> float:
-        """∫ J v dX over the body, what the conservative balance conserves without reaction."""
-        local = float(np.sum((self.weight * self.ratio * self.v.x.array)[: self._owned]))
-        return float(self.body.comm.allreduce(local))
+        """∫ J v dX over the body, what the conservative balance conserves without reaction.
+
+        J is that of the step in which v was found: a scheme may have moved the body since.
+        """
+        if self.balance == "conservative" and self.past:
+            amounts = self.weight * self.past[0][0]
+        else:
+            amounts = self.weight * self.ratio * self.v.x.array
+        return float(self.body.comm.allreduce(float(np.sum(amounts[: self._owned]))))
 
 
 def _averaged_mass(trial: Any, test: Any, mesh: Any, lumped: ufl.Measure) -> PETSc.Mat:

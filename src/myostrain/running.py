@@ -9,7 +9,7 @@ from typing import Any
 
 from myostrain.case import Case
 from myostrain.engine import MPI
-from myostrain.output.folder import write_atomically, write_json
+from myostrain.output.folder import write_atomically
 from myostrain.simulation import Progress
 
 #: Metrics of the rigid twin that are compared.
@@ -18,7 +18,7 @@ COMPARED = ("celerity", "width_material", "width_spatial")
 
 def run_case(
     case: Case,
-    out: Path,
+    out: str | Path,
     *,
     force: bool = False,
     comm: Any = MPI.COMM_WORLD,
@@ -42,28 +42,26 @@ def run_case(
         InputError: The case cannot be run as it is.
         ComputationError: The computation failed.
     """
+    out = Path(out)
     simulation = case.simulation(comm, out, force)
     if comm.rank == 0:
         write_atomically(out / "case.toml", case.to_toml())
-    results = _run(case, simulation, progress)
+    twin: dict[str, Any] | None = None
     if case.output.rigid_twin:
         twin = run_case(case.rigid(), out / "rigid", comm=comm, progress=progress, figures=False)
-        results["metrics"] |= compare(results["metrics"], twin["metrics"])
-        if comm.rank == 0:
-            write_json(out / "results.json", results)
-    if figures and comm.rank == 0:
+
+    def finish(results: dict[str, Any]) -> None:
+        if twin is not None:
+            results["metrics"] |= compare(results["metrics"], twin["metrics"])
+
+    shown = None if progress is None else progress(case.name, simulation.steps, simulation.end)
+    results = simulation.run(shown, finish)
+    if figures and comm.rank == 0 and (out / "snapshots.h5").exists():
         from myostrain.output.figures import draw
 
         draw(out)
     comm.Barrier()
     return results
-
-
-def _run(
-    case: Case, simulation: Any, progress: Callable[[str, int, float], Progress] | None
-) -> dict[str, Any]:
-    made = None if progress is None else progress(case.name, simulation.steps, simulation.end)
-    return simulation.run(made)
 
 
 def compare(metrics: dict[str, Any], rigid: dict[str, Any]) -> dict[str, Any]:

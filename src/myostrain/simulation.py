@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, get_args
 
 from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, versions
-from myostrain.errors import ComputationError, InputError
+from myostrain.errors import ComputationError, InputError, nearest
 from myostrain.output import results as summary
 from myostrain.output.fields import FieldName, FieldWriter
 from myostrain.output.folder import prepare, write_json
@@ -87,6 +87,9 @@ class Simulation:
         ):
             if not (value > 0 and math.isfinite(value)):
                 raise InputError(f"{value} is no time: give a positive number", key)
+        for name in fields:
+            if name not in (known := get_args(FieldName)):
+                raise InputError(f"no such field; {nearest(name, known)}", "output.fields")
         if step > end:
             raise InputError(f"{step} is longer than the whole run, time.end = {end}", "time.step")
         self.model, self.end = model, end
@@ -101,8 +104,14 @@ class Simulation:
         self._fields_due = Schedule(end / 60 if every is None else every, self.step, self.steps)
         self._probes_due = Schedule(end / 1000, self.step, self.steps)
 
-    def run(self, progress: Progress | None = None) -> dict[str, Any]:
+    def run(
+        self, progress: Progress | None = None, finish: Callable[[dict[str, Any]], None] | None = None
+    ) -> dict[str, Any]:
         """Run to the end; returns what ``results.json`` holds.
+
+        Args:
+            progress: Is told how far the run is.
+            finish: Is given the results before they are written, to add to them.
 
         Raises:
             ComputationError: A solver failed or a value became NaN; what was computed stays in the folder,
@@ -143,6 +152,8 @@ class Simulation:
                 writer.close(activation.nodes if model.time >= self.end else None)
         self.activation_times = activation.nodes
         results = self._results(activation.at_probes(), setup, time.perf_counter() - begin + self._setup)
+        if finish is not None:
+            finish(results)
         if out is not None and comm.rank == 0:
             write_json(out / "results.json", results)
         return results

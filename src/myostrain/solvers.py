@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from myostrain.engine import PETSc, compile_form, fem
+from myostrain.engine import PETSc, compile_form, fem, lasting
 from myostrain.errors import ComputationError, InputError
 
 import numpy as np
@@ -69,7 +69,12 @@ def make_ksp(matrix: PETSc.Mat, name: str, defaults: Options, options: Options |
     try:
         ksp.setFromOptions()
     except PETSc.Error as error:
-        raise InputError(f"PETSc refuses {dict(options or {})}: {error}", f"solver.{name}") from error
+        given = ", ".join(f"{key} = {value}" for key, value in (options or {}).items())
+        last = str(error).splitlines()[-1].partition("] ")[2]
+        raise InputError(f"PETSc refuses {given}: {last}", f"solver.{name}") from error
+    for key in options or {}:
+        if key.startswith(("ksp_", "pc_")) and not PETSc.Options().used(prefix + key):
+            raise InputError("PETSc has no use for this option with this solver", f"solver.{name}.{key}")
     return ksp
 
 
@@ -164,10 +169,11 @@ class ChordNewton:
         self.counters = Counters()
         self.tolerance = tolerance
         space = unknown.function_space
-        self._comm = space.mesh.comm
+        self._comm = lasting(space.mesh.comm)
         self._unknown, self._bcs = unknown, list(bcs)
         self._owned = owned_dofs(space)
         self._measured = slice(0, self._owned) if measured is None else measured
+        self._negligible = 1e-3 * tolerance  # corrections at the level of round-off need not shrink
         self._name, self._refresh, self._max = name, refresh, max_iterations
         self._residual = compile_form(residual)
         self._tangent = compile_form(ufl.derivative(residual, unknown))
@@ -179,7 +185,8 @@ class ChordNewton:
         defaults = direct(global_dofs(space), self._comm.size, saddle_point)
         self.ksp = make_ksp(self._matrix, name, defaults, options)
         self._ready = False  # whether there is a factorization
-        self._rate = math.inf  # its contraction, as last measured
+        # Its contraction as last measured, the correction then, and how often it has been trusted since.
+        self._rate, self._first, self._unchecked = math.inf, 0.0, 0
 
     def forget(self) -> None:
         """Drop the factorization: the next solve begins with a fresh tangent."""
@@ -222,6 +229,18 @@ class ChordNewton:
             return math.nan
         return largest(self._dx.x.array[self._measured], self._comm)
 
+    def _trusted(self, size: float) -> bool:
+        """Whether one correction of this size by a kept tangent may end a solve without another residual.
+
+        It may when the correction is no larger than in the solve in which the tangent's contraction was
+        measured, ten times that contraction (at least 1 %) leaves an error within the tolerance, and this has
+        not happened ten times in a row.
+        """
+        if not (size <= 3 * self._first and size * max(0.01, 10 * self._rate) <= self.tolerance):
+            return False
+        self._unchecked += 1
+        return self._unchecked <= 10
+
     def solve(self) -> int:
         """Solve for the unknown from its present value; returns the number of corrections.
 
@@ -236,17 +255,18 @@ class ChordNewton:
         if fresh:
             self._renew()
         size, damping = self._correction(), 1.0
+        first = size
         for iteration in range(1, self._max + 1):
             self.counters.newton += 1
             origin, step = x.array.copy(), dx.copy()
             x.array[:] = origin - damping * step
             x.scatter_forward()
-            # Ten times the contraction that this tangent had in the solve before bounds the present one.
-            if damping == 1.0 and size * min(1.0, 10 * self._rate) <= self.tolerance:
+            if size <= self._negligible or (iteration == 1 and self._trusted(size)):
                 return iteration
+            self._unchecked = 0
             self._assemble()
             following = self._correction()
-            if not following < size * (1 - damping / 2):  # also when it is NaN
+            if not following < max(size * (1 - damping / 2), self._negligible):  # also when it is NaN
                 x.array[:] = origin
                 if not fresh:
                     self._assemble()
@@ -261,7 +281,8 @@ class ChordNewton:
             contraction = following / size if size else 0.0
             fresh, size = False, following
             if damping == 1.0:
-                self._rate = contraction if kept else math.inf
+                if kept and iteration == 1:
+                    self._rate, self._first = contraction, first
                 if size * contraction / (1 - contraction) <= self.tolerance:
                     x.array[:] -= dx
                     x.scatter_forward()

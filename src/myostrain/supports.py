@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from myostrain.engine import MPI, fem
@@ -24,7 +24,7 @@ def fixed_conditions(
     """
     if not names:
         return []
-    facets = body.boundary_facets(names)
+    facets = body.boundary_facets(names, "mechanics.fixed")
     fdim = body.mesh.topology.dim - 1
     if mixed:
         collapsed, _ = space.sub(0).collapse()
@@ -71,13 +71,18 @@ def _best(distance: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _pin(body: Body, space: fem.FunctionSpace, mixed: bool, point: np.ndarray, component: int) -> list[Any]:
+    if body.dim == 1:
+        dofs = fem.locate_dofs_geometrical(space, _at(body, point))
+        return [fem.dirichletbc(fem.Function(space), dofs)]
     parent = space.sub(0).sub(component) if mixed else space.sub(component)
     collapsed, _ = parent.collapse()
-
-    def marker(x: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(x[: body.dim] - point[:, None], axis=0) < 1e-10 * (1 + np.abs(point).max())
-
     zero = fem.Function(collapsed)
-    dofs = fem.locate_dofs_geometrical((parent, collapsed), marker)
+    dofs = fem.locate_dofs_geometrical((parent, collapsed), _at(body, point))
     assert body.comm.allreduce(len(dofs[0]), MPI.SUM) > 0, "a mesh node carries a degree of freedom"
     return [fem.dirichletbc(zero, dofs, parent)]
+
+
+def _at(body: Body, point: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """Marks coordinates (3, n) that are at the point."""
+    close = 1e-10 * (1 + np.abs(point).max())
+    return lambda x: np.linalg.norm(x[: body.dim] - point[:, None], axis=0) < close

@@ -86,6 +86,7 @@ def test_profile_and_shortening(balance):
     assert u[-1] < -20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["implicit", "staggered"])
 def test_schemes_of_first_order_find_the_same_front(scheme):
     """(4.11) at h = 1: off by 0.7 % and 0.4 % at Δt = 1e-3, they agree with the scheme of second order,

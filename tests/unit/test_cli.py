@@ -255,7 +255,7 @@ def interrupt(folder, arguments, seconds=60.0):
     )
     try:
         until, probes = time.monotonic() + seconds, folder / "out" / "probes.csv"
-        while not (probes.exists() and probes.read_text().count("\n") > 4):
+        while not (probes.exists() and probes.read_text().count("\n") > 1):
             assert process.poll() is None, process.communicate()
             assert time.monotonic() < until, "the run did not begin"
             time.sleep(0.1)
@@ -268,7 +268,7 @@ def interrupt(folder, arguments, seconds=60.0):
 
 def test_interrupted_run(line):
     """interface.md: exit status 130; what was written is readable, results.json is not there."""
-    long = changed(LINE, {"time.end": 500.0, "output.every": 5e-3})
+    long = changed(LINE, {"time.end": 200.0, "output.every": 0.1})
     write_case(line, long)
     status, out, err = interrupt(line.parent, ["run", line, "--out", "out", "--quiet"])
     assert status == 130
@@ -284,5 +284,5 @@ def test_interrupted_run(line):
         assert max(frames) - min(frames) <= 1  # it may have been writing
     rows = (folder / "probes.csv").read_text().splitlines()
     assert {row.count(",") for row in rows} == {rows[0].count(",")}
-    assert Case.from_file(folder / "case.toml").time.end == 500.0
+    assert Case.from_file(folder / "case.toml").time.end == 200.0
     assert command_line("plot", folder).status == 0

@@ -6,14 +6,13 @@ import tomllib
 
 import myostrain as ms
 from myostrain import Case, ComputationError, InputError, run_case
-from myostrain.output.folder import OWN, free_name, prepare, write_json
 from myostrain.running import compare, load_results
 
 import h5py
 import numpy as np
 import pytest
 
-from small_cases import ALONE, LINE, SHEET, changed
+from small_cases import ALONE, LINE, SHEET, changed, strict_json, write_case
 
 #: interface.md, "Result folder", word for word.
 INTERFACE = {
@@ -43,19 +42,10 @@ def read_probes(folder):
     return header, np.array(rows, dtype=float)
 
 
-def strict(text):
-    """JSON as its standard has it: no NaN, no Infinity."""
-
-    def refuse(word):
-        raise AssertionError(word)
-
-    return json.loads(text, parse_constant=refuse)
-
-
 def test_results_are_those_of_the_interface(run):
     """interface.md, results.json: these keys, of these types; "add to it freely"."""
     case, folder, returned = run
-    found = strict((folder / "results.json").read_text(encoding="utf-8"))
+    found = strict_json((folder / "results.json").read_text(encoding="utf-8"))
     assert found == load_results(folder) == json.loads(json.dumps(returned))
     assert {key: type(found[key]) for key in INTERFACE} == INTERFACE
     assert set(found["metrics"]) >= METRICS
@@ -194,6 +184,21 @@ def test_chosen_fields(tmp_path):
     assert {path.name for path in (tmp_path / "none").iterdir()} <= {"case.toml", "results.json", "figures"}
 
 
+def test_a_few_lines_of_python(tmp_path, monkeypatch):
+    """interface.md: "Everything the command line does is a few lines of Python over the public names".
+
+    Paths may be texts, as for Simulation, and the fields asked for are checked as in a case file.
+    """
+    monkeypatch.chdir(tmp_path)
+    write_case(tmp_path / "line.toml", LINE)
+    results = ms.run_case(ms.Case.from_file("line.toml", ["cell.alpha=0.2"]), "out", figures=False)
+    assert results == load_results(tmp_path / "out")
+    assert results["parameters"]["cell"]["alpha"] == 0.2
+    model = ms.Case.from_file(tmp_path / "line.toml").build(ALONE)
+    with pytest.raises(InputError, match="'potential'"):
+        ms.Simulation(model, step=1e-3, end=1e-2, fields=("potental",))
+
+
 # Failure.
 
 BREAKS = 0.006
@@ -228,7 +233,7 @@ def breaking_simulation(out, **options):
 def check_remains(folder):
     """What was computed before the failure is readable, and nothing says that the run ended well."""
     assert not (folder / "results.json").exists()
-    failure = strict((folder / "failure.json").read_text(encoding="utf-8"))
+    failure = strict_json((folder / "failure.json").read_text(encoding="utf-8"))
     assert failure["time"] == pytest.approx(BREAKS, abs=1.01e-3)
     assert failure["reason"]
     assert failure["advice"]
@@ -269,84 +274,3 @@ def test_failure_of_the_rigid_twin_is_a_failure(tmp_path, monkeypatch):
     with pytest.raises(ComputationError, match="the twin's failure"):
         run_case(case, tmp_path / "out", comm=ALONE, figures=False)
     assert not (tmp_path / "out" / "results.json").exists()
-
-
-# The folder.
-
-
-def snapshot_of(folder):
-    return {str(p.relative_to(folder)): p.is_dir() or p.read_bytes() for p in sorted(folder.rglob("*"))}
-
-
-def test_held_folder_is_refused_untouched(tmp_path):
-    """Requirements, "an output folder that exists ...: nothing overwritten without --force"."""
-    for name in ("results.json", "notes.txt", ".hidden"):
-        folder = tmp_path / f"with {name}"
-        folder.mkdir()
-        (folder / name).write_text("mine")
-        before = snapshot_of(folder)
-        with pytest.raises(InputError, match=r"--out: .*--force"):
-            run_case(Case.from_dict(LINE), folder, comm=ALONE)
-        assert snapshot_of(folder) == before
-
-
-@pytest.mark.parametrize("foreign", ["notes.txt", "figures/mine.png", "rigid/notes.txt", "old/results.json"])
-def test_force_never_removes_what_no_run_has_written(tmp_path, foreign):
-    """folder.prepare: "results of an earlier run in it may be removed. Other files are never touched"."""
-    out = tmp_path / "out"
-    run_case(Case.from_dict(LINE), out, comm=ALONE, figures=False)
-    (out / foreign).parent.mkdir(parents=True, exist_ok=True)
-    (out / foreign).write_text("mine")
-    (out / "results.json").write_text("old")
-    try:
-        run_case(Case.from_dict(LINE), out, comm=ALONE, force=True, figures=False)
-    except InputError:
-        assert (out / "results.json").read_text() == "old"
-    assert (out / foreign).read_text() == "mine"
-
-
-def test_force_replaces_an_earlier_run_wholly(tmp_path):
-    """--force: what an earlier run wrote is gone, also what the new one does not write."""
-    out = tmp_path / "out"
-    run_case(Case.from_dict(changed(LINE, {"output.rigid_twin": True})), out, comm=ALONE)
-    (out / "failure.json").write_text("{}")
-    assert (out / "rigid").exists()
-    run_case(Case.from_dict(changed(LINE, {"probes": {}})), out, comm=ALONE, force=True, figures=False)
-    left = {path.name for path in out.iterdir()}
-    assert left == {"case.toml", "results.json", "fields.bp", "snapshots.h5"}
-    assert left < set(OWN)
-
-
-def test_folder_that_cannot_be_written(tmp_path):
-    """Requirements, "an output folder that ... cannot be written": one message, nothing computed."""
-    (tmp_path / "file").write_text("mine")
-    for path, words in (
-        (tmp_path / "file", "is a file"),
-        (tmp_path / "file" / "below", "cannot be written"),
-        ("/proc/nonexistent/out", "cannot be written"),
-    ):
-        with pytest.raises(InputError, match=f"--out: .*{words}"):
-            prepare(tmp_path / path, force=True, comm=ALONE)
-    assert (tmp_path / "file").read_text() == "mine"
-
-
-def test_new_and_empty_folders_are_taken(tmp_path):
-    """interface.md, --out DIR: made with its parents where it is not there, used where it is empty."""
-    (tmp_path / "empty").mkdir()
-    for path in (tmp_path / "empty", tmp_path / "a" / "b"):
-        assert prepare(path, force=False, comm=ALONE) == path
-        assert list(path.iterdir()) == []
-
-
-def test_names_and_numbers(tmp_path):
-    """Without --out nothing is overwritten: the first free name; JSON holds no infinity and refuses NaN."""
-    base = tmp_path / "case"
-    for expected in ("case", "case-2", "case-3"):
-        assert free_name(base).name == expected
-        free_name(base).mkdir()
-    write_json(tmp_path / "x.json", {"until": float("inf"), "deep": [{"a": (1.5, None)}]})
-    assert strict((tmp_path / "x.json").read_text()) == {"until": "inf", "deep": [{"a": [1.5, None]}]}
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        write_json(tmp_path / "x.json", {"x": float("nan")})
-    assert sorted(path.name for path in tmp_path.iterdir() if path.is_file()) == ["x.json"]
-    assert strict((tmp_path / "x.json").read_text())["until"] == "inf"

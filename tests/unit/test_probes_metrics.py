@@ -204,10 +204,10 @@ def test_spatial_width_is_that_of_the_deformed_line():
 def test_the_leading_pulse_is_taken():
     """interface.md: "of the leading pulse": the one farthest along X, whatever is behind it."""
     X = np.linspace(0.0, 40.0, 401)
-    v = front(X, 8.0) + (front(X, 32.0) - front(X, 22.0))
-    found = leading_pulse(X, X, v)
-    assert found.front == pytest.approx(32.0, abs=1e-4)
-    assert found.back == pytest.approx(22.0, abs=1e-4)
+    v = (front(X, 12.0) - front(X, 5.0)) + (front(X, 32.0) - front(X, 22.0))
+    found = leading_pulse(X, spatial(X), v)
+    assert (found.front, found.back) == pytest.approx((32.0, 22.0), abs=1e-4)
+    assert found.width_spatial == pytest.approx(spatial(32.0) - spatial(22.0), abs=1e-4)
     # What enters from the right has not yet a front of its own.
     entering = leading_pulse(X, X, v + 1 - front(X, 39.0))
     assert (entering.front, entering.back) == pytest.approx((32.0, 22.0), abs=1e-2)

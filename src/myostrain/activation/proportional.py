@@ -16,7 +16,7 @@ class Proportional:
             singular); the paper takes 0.3.
     """
 
-    beta: Annotated[float, Field(ge=0, lt=1)] = 0.3
+    beta: Annotated[float, Field(ge=0, lt=1, strict=True)] = 0.3
 
     def gamma(self, v: Any) -> Any:
         """Active strain for the potential v."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from myostrain.validation import NonNegative, Positive, description
+from myostrain.validation import Flag, NonNegative, Positive, description
 
 from pydantic import Field
 
@@ -19,10 +19,10 @@ class FitzHughNagumo:
         recovery: Whether w exists; without it fronts travel instead of pulses (section 4.1).
     """
 
-    alpha: Annotated[float, Field(gt=0, lt=1)] = 0.1
+    alpha: Annotated[float, Field(gt=0, lt=1, strict=True)] = 0.1
     tau: Positive = 0.2
     A: NonNegative = 100.0
-    recovery: bool = True
+    recovery: Flag = True
 
     @property
     def states(self) -> tuple[str, ...]:

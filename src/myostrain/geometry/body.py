@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from myostrain.engine import MPI, fem
+from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError, nearest
-from myostrain.validation import description
+from myostrain.validation import Number, description
 
 import numpy as np
 import numpy.typing as npt
@@ -63,10 +63,14 @@ class Body:
     @property
     def comm(self) -> Any:
         """The MPI communicator."""
-        return self.mesh.comm
+        return lasting(self.mesh.comm)
 
-    def boundary_facets(self, names: Iterable[str] | None) -> npt.NDArray[np.int32]:
+    def boundary_facets(self, names: Iterable[str] | None, key: str | None = None) -> npt.NDArray[np.int32]:
         """Facets of the named parts of the boundary (local to this process); None means all of it.
+
+        Args:
+            names: The parts.
+            key: Key of a case file that names them, for the message.
 
         Raises:
             InputError: A name is not one of the body's boundaries.
@@ -80,16 +84,18 @@ class Body:
         for name in names:
             if name not in known or self.meshed.facet_tags is None:
                 hint = nearest(name, known) if known else "this mesh has no named boundaries"
-                raise InputError(f"no boundary is called '{name}'; {hint}")
+                raise InputError(f"no boundary is called '{name}'; {hint}", key)
             facets.append(self.meshed.facet_tags.find(known[name]))
         return np.unique(np.concatenate(facets)).astype(np.int32)
 
-    def boundary_measure(self, names: Iterable[str] | None, degree: int) -> ufl.Measure:
+    def boundary_measure(
+        self, names: Iterable[str] | None, degree: int, key: str | None = None
+    ) -> ufl.Measure:
         """Surface measure over the named parts of the boundary; None means all of it."""
         metadata = {"quadrature_degree": degree}
         if names is None:
             return ufl.Measure("ds", domain=self.mesh, metadata=metadata)
-        facets = np.sort(self.boundary_facets(names))
+        facets = np.sort(self.boundary_facets(names, key))
         tags = dmesh.meshtags(self.mesh, self.mesh.topology.dim - 1, facets, np.ones_like(facets))
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=tags, metadata=metadata)(1)
 
@@ -144,8 +150,8 @@ class UniformFibres:
         regions: Directions of named regions of the mesh that differ from ``direction``.
     """
 
-    direction: tuple[float, ...]
-    regions: Mapping[str, tuple[float, ...]] | None = None
+    direction: tuple[Number, ...]
+    regions: Mapping[str, tuple[Number, ...]] | None = None
 
     def direction_on(self, meshed: Meshed) -> Any:
         """Unit fibre direction as a UFL vector."""

@@ -30,7 +30,7 @@ class Ellipse:
 
     size: tuple[Positive, Positive]
     spacing: Positive = 1.0
-    distortion: Annotated[float, Field(ge=-0.5, le=0.5)] = 0.0
+    distortion: Annotated[float, Field(ge=-0.5, le=0.5, strict=True)] = 0.0
 
     def from_disk(self, disk: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Map points (n, 2) of the unit disk to the body."""
@@ -43,7 +43,7 @@ class Ellipse:
     def mesh(self, comm: Any) -> Meshed:
         """Mesh the body over the processes of ``comm``."""
         a, b = self.size
-        check_size(6 * a * b / (4 * self.spacing**2))
+        check_size(1.5 * (a / self.spacing) * (b / self.spacing))
         rings = max(2, cells_along(np.sqrt(a * b) / 2, self.spacing))
         points, cells = np.empty((0, 2)), np.empty((0, 3), dtype=np.int64)
         if comm.rank == 0:

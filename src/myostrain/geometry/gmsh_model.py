@@ -56,7 +56,8 @@ def to_meshed(comm: Any, make: Callable[[Any], int], what: str) -> Meshed:
             except InputError as error:
                 problem = str(error)
             except Exception as error:  # noqa: BLE001 - gmsh raises plain Exception
-                problem = f"{what}: gmsh says: {str(error).strip()}"
+                says = " ".join(str(error).split())
+                problem = f"geometry.path: {what}: gmsh says: {says}"
         problem, dim, groups = comm.bcast((problem, dim, groups), root=0)
         if problem is not None:
             raise InputError(problem)

@@ -24,7 +24,7 @@ class Rectangle:
     def mesh(self, comm: Any) -> Meshed:
         """Mesh the rectangle over the processes of ``comm``."""
         a, b = self.size
-        check_size(2 * a * b / self.spacing**2)
+        check_size(2 * (a / self.spacing) * (b / self.spacing))
         mesh = dmesh.create_rectangle(
             comm,
             [np.zeros(2), np.array([a, b])],

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from myostrain.engine import fem
+from myostrain.engine import fem, lasting
 
 import dolfinx.io
 import h5py
@@ -33,7 +33,7 @@ class FieldWriter:
     def __init__(self, model: Electromechanics, folder: Path, names: Sequence[FieldName]) -> None:
         self._model = model
         space = model.potential.v.function_space
-        self._comm = space.mesh.comm
+        self._comm = lasting(space.mesh.comm)
         wanted: dict[str, fem.Function] = {}
         if "potential" in names:
             wanted["potential"] = model.potential.v
@@ -76,7 +76,7 @@ class _Snapshots:
 
     def __init__(self, path: Path, space: fem.FunctionSpace, names: Sequence[str]) -> None:
         mesh = space.mesh
-        self._comm, self._map = mesh.comm, space.dofmap.index_map
+        self._comm, self._map = lasting(mesh.comm), space.dofmap.index_map
         dim, owned = mesh.geometry.dim, self._map.size_local
         cells = mesh.topology.index_map(mesh.topology.dim).size_local
         corners = self._map.local_to_global(space.dofmap.list[:cells].reshape(-1).astype(np.int32))

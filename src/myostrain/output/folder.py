@@ -23,6 +23,11 @@ OWN = (
     "rigid",
 )
 
+FIGURES = (
+    *(f"{name}.png" for name in ("potential", "evolution", "space-time", "stress", "activation", "probes")),
+    "animation.gif",
+)
+
 
 def prepare(path: Path, *, force: bool, comm: Any) -> Path:
     """Make an empty result folder.
@@ -50,7 +55,7 @@ def _prepare(path: Path, force: bool) -> str | None:
         if held and not force:
             some = ", ".join(held[:3])
             return f"the folder {path} holds something already ({some}, ...); name another, or add --force"
-        strange = [name for name in held if name not in OWN]
+        strange = [name for name in held if name not in OWN] + _foreign(path)
         if strange:
             some = ", ".join(strange[:3])
             return f"the folder {path} holds what no run has written ({some}); name another folder"
@@ -64,6 +69,20 @@ def _prepare(path: Path, force: bool) -> str | None:
     except OSError as error:
         return f"the folder {path} cannot be written: {error.strerror or error}"
     return None
+
+
+def _foreign(path: Path) -> list[str]:
+    """Files in the folders of a run that no run has written."""
+    pictures = path / "figures"
+    found = (
+        [f"figures/{p.name}" for p in pictures.iterdir() if p.name not in FIGURES]
+        if pictures.is_dir()
+        else []
+    )
+    twin = path / "rigid"
+    if twin.is_dir():
+        found += [f"rigid/{p.name}" for p in twin.iterdir() if p.name not in OWN]
+    return found
 
 
 def free_name(base: Path) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myostrain.engine import MPI, fem
+from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError
 from myostrain.geometry.body import extent
 from myostrain.output.metrics import crossing_time
@@ -31,7 +31,7 @@ class Probes:
 
     def __init__(self, space: fem.FunctionSpace, points: Mapping[str, Sequence[float]]) -> None:
         self.names = list(points)
-        self._comm = space.mesh.comm
+        self._comm = lasting(space.mesh.comm)
         dim = space.mesh.geometry.dim
         self.positions = np.zeros((len(points), 3))
         for row, (name, point) in enumerate(points.items()):

@@ -58,7 +58,9 @@ def _line_metrics(model: Electromechanics, displacement: Any) -> dict[str, float
     space = model.potential.v.function_space
     owned = space.dofmap.index_map.size_local
     X = space.tabulate_dof_coordinates()[:owned, 0]
-    parts = space.mesh.comm.allgather((X, displacement[:owned, 0], model.potential.v.x.array[:owned]))
+    parts = model.potential.body.comm.allgather(
+        (X, displacement[:owned, 0], model.potential.v.x.array[:owned])
+    )
     X, u, v = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.argsort(X)
     pulse = leading_pulse(X[order], (X + u)[order], v[order])
