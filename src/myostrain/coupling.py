@@ -39,6 +39,7 @@ class Electromechanics:
     Attributes:
         time: Simulated time of the present state.
         coupling_iterations: Fixed-point iterations done so far (the implicit scheme).
+        feedback: By how much J v answers to v through J, see :func:`check_well_posed`.
         displacement_lag: Largest difference so far between the body that the potential was solved on and the
             one that mechanics then found for the same time (the schemes of one pass).
 
@@ -49,8 +50,7 @@ class Electromechanics:
     def __init__(
         self, potential: Potential, mechanics: Mechanics | None = None, scheme: Scheme | None = None
     ) -> None:
-        if mechanics is not None:
-            check_well_posed(potential, mechanics)
+        self.feedback = 0.0 if mechanics is None else check_well_posed(potential, mechanics)
         self.potential, self.mechanics = potential, mechanics
         self.scheme: Scheme = scheme or SecondOrder()
         self.time = 0.0
@@ -63,7 +63,7 @@ class Electromechanics:
         """Find the initial configuration for the present potential, at time 0."""
         self.time, self.steps, self._times = 0.0, 0, [0.0]
         if self.mechanics is not None:
-            check_well_posed(self.potential, self.mechanics)
+            self.feedback = check_well_posed(self.potential, self.mechanics)
             self._give_potential()
             self.mechanics.start(0.0)
         self.potential.start()
@@ -124,28 +124,37 @@ class Electromechanics:
             return
         for _ in range(most):
             self._give_potential()
-            mechanics.solve(self.time, predict=False)
+            try:
+                mechanics.solve(self.time, predict=False)
+            except ComputationError as error:
+                raise self._no_release() from error
             mechanics.hand_over_present()
             potential.update_deformation()
             if potential.conserve() <= tolerance:
                 break
         else:
-            raise ComputationError(
-                "no equilibrium conserves J v when the imposed stretch ends (on a line: for 4 β v x′ > 1)",
-                time=self.time,
-                advice="a smaller stretch or potential.",
-            )
+            raise self._no_release()
         mechanics.accept(self.time)
 
+    def _no_release(self) -> ComputationError:
+        return ComputationError(
+            "no equilibrium conserves J v when the imposed stretch ends (on a line: for 4 β v x′ > 1)",
+            time=self.time,
+            advice="a smaller stretch or potential.",
+        )
 
-def check_well_posed(potential: Potential, mechanics: Mechanics) -> None:
+
+def check_well_posed(potential: Potential, mechanics: Mechanics) -> float:
     """Refuse an activation that makes Fo singular, or the balance of the potential backward-parabolic.
 
     Where J follows 1 + γ(v) at once, ∂((1 + γ) v)/∂t = (1 + γ + v γ′) ∂v/∂t, whose factor must be positive
     for v between 0 and 1: for γ = −βv that is 2β < 1, stricter than the paper's αβ < 1/2.
 
+    Returns:
+        The largest −v γ′/(1 + γ), by how much J v answers to v through J; zero where J does not follow.
+
     Raises:
-        InputError: It does.
+        InputError: The activation is singular, or the balance ill-posed.
     """
     v = np.linspace(0.0, 1.0, 101)
     largest_v = largest(potential.v.x.array, potential.body.comm)
@@ -153,7 +162,7 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> None:
         gamma = np.array([float(mechanics.law.gamma(value)) for value in v])
         at_most = 1 + float(mechanics.law.gamma(largest_v))
     except (TypeError, ValueError):  # a law in UFL terms that floats do not fit
-        return
+        return 0.0
     if largest_v > 1 and not at_most > 0:
         raise InputError(
             f"the active deformation is singular: 1 + γ = {at_most:.3g} for v = {largest_v:.3g}",
@@ -165,16 +174,15 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> None:
             f"the active deformation is singular: 1 + γ = {1 + gamma.min():.3g} for v in [0, 1]", key
         )
     follows = not potential.isochoric and not mechanics.relaxation_time > 0 and not mechanics.held(np.inf)
-    if (
-        potential.balance == "conservative"
-        and follows
-        and (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any()
-    ):
+    if potential.balance != "conservative" or not follows:
+        return 0.0
+    if (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any():
         raise InputError(
             "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v (γ = −βv needs "
             'β < 0.5); a smaller beta, potential.balance = "advective", or mechanics.relaxation_time > 0',
             key,
         )
+    return float(np.max(-v * np.gradient(gamma, v) / (1 + gamma)))
 
 
 @description
@@ -195,13 +203,17 @@ class Implicit:
 
     def advance(self, model: Electromechanics, start: float, end: float) -> None:
         """One step, iterated to ``tolerance``."""
+        self.iterate(model, start, end, order=1)
+
+    def iterate(self, model: Electromechanics, start: float, end: float, order: int) -> None:
+        """One step by backward differences of an order, from the potential extrapolated to it."""
         potential, mechanics = model.potential, model.mechanics
-        weights = model.weights(end, 1)
-        guess = potential.v.x.array.copy()
+        weights = model.weights(end, order)
+        guess = model.extrapolated_potential(end, order).copy()
         for iteration in range(self.max_iterations):
             if mechanics is not None:
                 mechanics.v.x.array[:] = guess
-                mechanics.solve(end, predict=iteration == 0, held=mechanics.held(start))
+                mechanics.solve(end, predict=iteration == 0, order=order, held=mechanics.held(start))
                 mechanics.hand_over_present()
                 potential.update_deformation()
             potential.solve(end, guess, weights)
@@ -216,7 +228,7 @@ class Implicit:
                 f"(last change of v {change:.3g}, wanted {self.tolerance:.3g})",
                 advice="a smaller time step.",
             )
-        potential.accept(keep=1)
+        potential.accept(keep=order)
         if mechanics is not None:
             mechanics.accept(end)
 
@@ -252,6 +264,9 @@ class SecondOrder:
     time: what the first of them has too much the last has too little. The first step, and the one after a
     released stretch, are of first order, which costs no order.
 
+    Where J follows the potential strongly, −v γ′/(1 + γ) > 2/3 for some v between 0 and 1 (γ = −βv: β > 0.4),
+    an extrapolated body is unstable; there each step is iterated as in :class:`Implicit`.
+
     Args:
         every: Potential steps N between solves of mechanics.
     """
@@ -262,6 +277,9 @@ class SecondOrder:
     def advance(self, model: Electromechanics, start: float, end: float) -> None:
         """One step."""
         potential, mechanics = model.potential, model.mechanics
+        if model.feedback > 0.66:
+            Implicit().iterate(model, start, end, order=2)
+            return
         if mechanics is not None and not mechanics.held(start):
             first = model.steps % self.every == 0
             if first or not potential.isochoric:

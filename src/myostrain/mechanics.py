@@ -121,7 +121,8 @@ class Mechanics:
         self.history, self._past_v = History(self.u, depth=3), History(self.v, depth=2)
 
         F = self._gradient(self._displacement(self.handed))
-        self.deformation = Deformation(F, kinematics.volume_ratio(F, ufl.det(self._Fo(self.v))))
+        self._handed_v = fem.Function(self.v.function_space)
+        self.deformation = Deformation(F, kinematics.volume_ratio(F, ufl.det(self._Fo(self._handed_v))))
 
         residual = ufl.derivative(self._energy(), self.u)
         if robin_boundary is not None and not (len(robin_boundary) and robin > 0):
@@ -347,6 +348,7 @@ class Mechanics:
     def release(self) -> None:
         """Forget the past configurations: the body was just let go, and they say nothing of what comes."""
         self.history.clear()
+        self._past_v.clear()
         self.solver.forget()
 
     def hand_over(self, time: float, order: int = 0) -> None:
@@ -357,6 +359,7 @@ class Mechanics:
             order: Order of the polynomial; 0 hands over the last accepted configuration.
         """
         self.history.extrapolate(time, order, self.handed.x.array)
+        self._past_v.extrapolate(time, order, self._handed_v.x.array)
 
     def lag(self, time: float, order: int) -> float:
         """Largest difference between the displacement found for ``time`` and the one handed over for it.
@@ -376,6 +379,7 @@ class Mechanics:
     def hand_over_present(self) -> None:
         """Write the present configuration, accepted or not, into ``handed``."""
         self.handed.x.array[:] = self.u.x.array
+        self._handed_v.x.array[:] = self.v.x.array
 
     def displacement(self) -> fem.Function:
         """The displacement at the mesh's nodes, a P1 vector function."""

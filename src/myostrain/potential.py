@@ -140,8 +140,8 @@ class Potential:
         self.solver = LinearSolver(self._matrix, "potential", defaults, options, keep=large)
         # Past amounts, newest first: J v and J s (conservative), or v and s (advective).
         self.past: list[list[Array]] = []
-        # The potential itself, newest first.
-        self.values: list[Array] = []
+        # The potential and the states themselves, newest first.
+        self.values: list[list[Array]] = []
 
     @property
     def fields(self) -> list[fem.Function]:
@@ -249,15 +249,24 @@ class Potential:
             for function in self.fields
         ]
         self.past = [amounts, *self.past[: keep - 1]]
-        self.values = [self.v.x.array.copy(), *self.values[: keep - 1]]
+        self.values = [[function.x.array.copy() for function in self.fields], *self.values[: keep - 1]]
 
     def forget(self) -> None:
         """Keep only the newest values: the next step starts anew, as after a jump in time."""
         self.past, self.values = self.past[:1], self.values[:1]
 
     def extrapolate(self, weights: Array) -> Array:
-        """Weighted sum of the potential's present and past values, newest first (nodal, local)."""
-        return np.asarray(sum(w * value for w, value in zip(weights, self.values, strict=False)))
+        """Weighted sum of the potential's present and past values, newest first (nodal, local).
+
+        The states are set to theirs, to be what the next solve starts from.
+        """
+        guess, *states = [
+            np.asarray(sum(w * value for w, value in zip(weights, values, strict=False)))
+            for values in zip(*self.values, strict=True)
+        ]
+        for function, state in zip(self.states.values(), states, strict=True):
+            function.x.array[:] = state
+        return guess
 
     def conserve(self) -> float:
         """After a sudden change of the body, set v and states so that J v and J s are what they were.
@@ -269,7 +278,7 @@ class Potential:
         before = self.v.x.array.copy()
         for function, amount in zip(self.fields, self.past[0], strict=True):
             function.x.array[:] = amount / self.ratio
-        self.values[0][:] = self.v.x.array
+        self.values[0] = [function.x.array.copy() for function in self.fields]
         return largest(self.v.x.array - before, self.body.comm)
 
     def amount(self) -> float:

@@ -173,7 +173,6 @@ class ChordNewton:
         self._unknown, self._bcs = unknown, list(bcs)
         self._owned = owned_dofs(space)
         self._measured = slice(0, self._owned) if measured is None else measured
-        self._negligible = 1e-3 * tolerance  # corrections at the level of round-off need not shrink
         self._name, self._refresh, self._max = name, refresh, max_iterations
         self._residual = compile_form(residual)
         self._tangent = compile_form(ufl.derivative(residual, unknown))
@@ -256,17 +255,19 @@ class ChordNewton:
             self._renew()
         size, damping = self._correction(), 1.0
         first = size
+        # Corrections at the level of round-off need not shrink.
+        negligible = max(1e-3 * self.tolerance, 1e-14 * largest(before[: self._owned], self._comm))
         for iteration in range(1, self._max + 1):
             self.counters.newton += 1
             origin, step = x.array.copy(), dx.copy()
             x.array[:] = origin - damping * step
             x.scatter_forward()
-            if size <= self._negligible or (iteration == 1 and self._trusted(size)):
+            if size <= negligible or (iteration == 1 and self._trusted(size)):
                 return iteration
             self._unchecked = 0
             self._assemble()
             following = self._correction()
-            if not following < max(size * (1 - damping / 2), self._negligible):  # also when it is NaN
+            if not following < max(size * (1 - damping / 2), negligible):  # also when it is NaN
                 x.array[:] = origin
                 if not fresh:
                     self._assemble()

@@ -99,8 +99,8 @@ def test_one_step_uses_the_exact_slope_of_the_current(cell):
         at0, at1 = cell.rates(g, [0.0])[0], cell.rates(g, [1.0])[0]
         s = (s0 / h + at0) / (1 / h - (at1 - at0))
         expected = (v0 / h - cell.current(g, [s]) + slope(g, s) * g) / (1 / h + slope(g, s))
-        # Measured 4e-15.
-        np.testing.assert_allclose(potential.v.x.array, expected, rtol=0, atol=1e-13)
+        # Measured 2e-16.
+        np.testing.assert_allclose(potential.v.x.array, expected, rtol=0, atol=1e-14)
         np.testing.assert_allclose(next(iter(potential.states.values())).x.array, s, rtol=0, atol=1e-14)
 
 

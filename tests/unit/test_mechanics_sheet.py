@@ -134,6 +134,31 @@ def test_clamped_all_around_is_isometric(material):
     np.testing.assert_allclose(mechanics.stress_trace(), sum(moduli(material)) * a * (a**-2 - 1), rtol=1e-12)
 
 
+def test_clamped_all_around_in_plane_strain():
+    """(3.3), (3.8): an isochoric body clamped all around leaves its pressure open by a constant. That is
+    refused, or the constant is fixed; stresses that depend on where the iteration began are none.
+    """
+    try:
+        mechanics = make(PlaneStrain(), NEO, fixed=["left", "right", "bottom", "top"])
+    except ms.InputError:
+        return
+    random_potential(mechanics)
+    mechanics.start()
+    trace = mechanics.stress_trace()
+    mechanics.u.x.array[mechanics.u.function_space.sub(1).collapse()[1]] = 3.0
+    mechanics.solver.forget()
+    mechanics.solver.solve()
+    np.testing.assert_allclose(mechanics.stress_trace(), trace, rtol=0, atol=NEAR)
+
+
+@pytest.mark.parametrize("kinematic", [PlaneStress(), PlaneStrain()], ids=str)
+def test_held_at_rest_without_activation_there_is_no_stress(kinematic):
+    """(3.3): P = 0 at F = Fo = 1, with p = μ; also where the reference configuration is imposed."""
+    mechanics = make(kinematic, NEO, imposed_stretch=ms.ImposedStretch())
+    mechanics.start()
+    np.testing.assert_allclose(mechanics.stress_trace(), 0, rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize("stretch", [0.8, 1.0, 1.25])
 def test_uniaxial_stress_of_the_readme(stretch):
     """README, closed forms: P/μ = (1 + γ)(λ/(1 + γ)² − λ⁻²) along n with free sides; the trace of σ is λ

@@ -21,8 +21,13 @@ OWN = (
     "snapshots.h5",
     "figures",
     "rigid",
+    ".case.toml.part",
+    ".results.json.part",
+    ".failure.json.part",
+    ".writable",
 )
 
+#: What a run draws.
 FIGURES = (
     *(f"{name}.png" for name in ("potential", "evolution", "space-time", "stress", "activation", "probes")),
     "animation.gif",
