@@ -20,7 +20,7 @@ class Bump:
 
     Args:
         potential: Value in the bump.
-        center: Its centre, material coordinates; missing components are zero.
+        center: Its centre, material coordinates, at least as many as the body has dimensions.
         radius: Its radius, positive.
         sampling: "nodal": each node takes the value at its point, so that the bump's size jumps with the
             mesh; "mean": it takes the mean around it, weighted by its basis function, which keeps ∫ v dX.

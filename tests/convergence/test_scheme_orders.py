@@ -65,11 +65,12 @@ def test_the_schemes_are_those_of_the_interface():
 
 
 @cache
-def reference(balance, held, height):
+def reference(balance, held, height, beta=0.3):
     """Potential and recovery at the end by finite differences."""
     return solve(
         Line(
             balance=balance,
+            beta=beta,
             imposed_stretch=held,
             length=40.0,
             end=END,
@@ -109,6 +110,23 @@ def test_coupled_elastic_line(name, balance, held):
         errors.append([rms(found["potential"][order] - exact.v), rms(found["recovery"][order] - exact.w)])
     for what, observed in zip(("potential", "recovery"), observed_orders(errors)[-1], strict=True):
         assert_declared_order(scheme, observed, what)
+
+
+@pytest.mark.parametrize("every", [1, 4])
+def test_second_order_where_the_body_feeds_back_strongly(every):
+    """SecondOrder's docstring: where J follows v strongly (β > 0.4) its steps are iterated; of second order too.
+
+    β = 0.45, close to the limit of well-posedness, v up to 0.88: against the finite differences.
+    """
+    exact = reference("conservative", None, 0.8, beta=0.45)
+    errors = []
+    for step in STEPS:
+        model = line(ms.SecondOrder(every=every), beta=0.45, initial=lambda X: gaussian(X, 0.8))
+        found = advance(model, step, END)
+        order = np.argsort(coordinates(model.potential)[:, 0])
+        errors.append(rms(found["potential"][order] - exact.v))
+    print(exact.v.max(), errors)
+    assert_declared_order(model.scheme, observed_orders(errors)[-1], "potential")
 
 
 def self_convergence(scheme, make, steps=STEPS, end=END):

@@ -24,7 +24,7 @@ class Ellipse:
 
     Args:
         size: Sides (a, b) of the rectangle, positive.
-        spacing: Mean edge length wanted; n = √(a b) / (2 spacing), rounded, is taken.
+        spacing: Distance of the rings, on average; n = √(a b) / (2 spacing), rounded, is taken.
         distortion: Distortion, −0.5 to 0.5; zero is an ellipse.
     """
 

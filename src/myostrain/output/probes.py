@@ -23,7 +23,7 @@ class Probes:
 
     Args:
         space: A scalar P1 space on the body's mesh.
-        points: Material coordinates by name; missing components are zero.
+        points: Material coordinates by name, at least as many as the body has dimensions.
 
     Raises:
         InputError: A point has the wrong number of components or lies outside the body.
