@@ -147,6 +147,8 @@ class Mechanics:
             self._rates = [fem.Constant(mesh, 0.0) for _ in range(3)]
             residual += self._viscous_residual(relaxation_time, ufl.TestFunction(space))
         conditions = fixed_conditions(body, space, fixed, mixed)
+        if mixed and not robin > 0:
+            _check_room(body, fixed)
         if not fixed and not robin > 0:
             if body_force is not None:
                 raise InputError(
@@ -178,6 +180,9 @@ class Mechanics:
         self._nodal_u: fem.Function | None = None
         test = ufl.TestFunction(self.v.function_space)
         self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
+        if mixed:
+            stress = self._energetic_stress()
+            self._plane_mean = compile_form((stress[0, 0] + stress[1, 1]) / 2 * test * self._dx)
         self._stress_trace = compile_form(ufl.tr(self.cauchy()) * test * self._dx)
 
     # Kinematics of the active body, in UFL.
@@ -219,15 +224,18 @@ class Mechanics:
 
     def cauchy(self) -> Any:
         """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), UFL, without the viscous part."""
-        Fo = self._Fo(self.v)
-        F = ufl.variable(self.kinematics.lift(self._gradient(self._displacement(self.u)), ufl.det(Fo)))
-        J = ufl.det(F)
-        sigma = ufl.diff(self._stored(F, Fo), F) * F.T / J
+        sigma = self._energetic_stress()
         if self.kinematics.tensor_dim == 1:
             return sigma
         # The pressure: the unknown, or what makes the faces free (plane stress).
         p = ufl.split(self.u)[1] if self.kinematics.has_pressure else sigma[2, 2]
         return sigma - p * ufl.Identity(3)
+
+    def _energetic_stress(self) -> Any:
+        """The Cauchy stress that the energy gives, without pressure."""
+        Fo = self._Fo(self.v)
+        F = ufl.variable(self.kinematics.lift(self._gradient(self._displacement(self.u)), ufl.det(Fo)))
+        return ufl.diff(self._stored(F, Fo), F) * F.T / ufl.det(F)
 
     def stress_trace(self) -> npt.NDArray[np.float64]:
         """Trace of the Cauchy stress at the nodes of ``v`` (mean over the cells around each, lumped)."""
@@ -312,7 +320,7 @@ class Mechanics:
             where = ""
             if not worst > 0:
                 cell = int(np.argmin(values.reshape(len(self._cells), -1).min(axis=1)))
-                corners = self.body.mesh.geometry.x[self.body.mesh.geometry.dofmap[cell]]
+                corners = self.body.mesh.geometry.x[self.body.mesh.geometry.dofmaps[0][cell]]
                 where = f" near {np.round(corners.mean(axis=0)[: self.body.dim], 4).tolist()}"
             raise ComputationError(
                 f"the body is inverted{where}: det F or det Fo is {worst:.3g}",
@@ -337,6 +345,10 @@ class Mechanics:
 
         if self.kinematics.has_pressure:
             self.u.sub(0).interpolate(homogeneous)
+            # Nothing determines the pressure of a held body: take the one without mean stress in the plane.
+            pressure = fem.Function(self.v.function_space)
+            pressure.x.array[:] = assemble_nodal(self._plane_mean) / self._nodal_weight
+            self.u.sub(1).interpolate(pressure)
         else:
             self.u.interpolate(homogeneous)
 
@@ -390,6 +402,17 @@ class Mechanics:
             self._nodal_u = fem.Function(space, name="displacement")
         self._nodal_u.interpolate(self.u.sub(0) if self.kinematics.has_pressure else self.u)
         return self._nodal_u
+
+
+def _check_room(body: Body, fixed: Sequence[str]) -> None:
+    """Refuse an incompressible body fixed all around: nothing would determine the level of its pressure."""
+    boundary = body.boundary_facets(None)
+    held = np.intersect1d(body.boundary_facets(fixed, "mechanics.fixed"), boundary)
+    if fixed and body.comm.allreduce(len(held)) == body.comm.allreduce(len(boundary)):
+        raise InputError(
+            "the pressure of an incompressible body fixed all around is not determined; leave a part free",
+            "mechanics.fixed",
+        )
 
 
 def _check_fit(
