@@ -37,9 +37,8 @@ format: $(READY) ## format the code and apply the safe fixes
 	$(RUN) ruff check --fix-only
 	$(RUN) ruff format
 
-bench: $(READY) ## time the sheet beside a textbook solution (15 minutes); options in ARGS
-	$(RUN) python benchmarks/sheet.py
-	$(RUN) python benchmarks/work_precision.py $(ARGS)
+bench: $(READY) ## time the sheet beside a textbook solution; options in ARGS
+	$(RUN) python benchmarks/sheet.py $(ARGS)
 
 clean: ## remove the environment, tools, caches and builds; keeps runs/
 	rm -rf .venv .tools build dist .hypothesis .mypy_cache .pytest_cache .ruff_cache
