@@ -18,7 +18,7 @@ START, STOP, PROBES = 25.0, 70.0, (40.0, 65.0)
 FRONTS = [
     # alpha, beta, balance
     (0.1, 0.3, "conservative"),  # the paper's
-    (0.1, 0.4, "conservative"),
+    (0.1, 0.38, "conservative"),  # feedback just below what SecondOrder iterates
     (0.25, 0.2, "conservative"),
     (0.1, 0.0, "conservative"),
     (0.1, 0.3, "advective"),
