@@ -7,7 +7,7 @@ RUN = $(UV) run --no-sync
 READY = .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint format bench clean
+.PHONY: help setup demo test torture lint format bench clean
 
 help:
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-7s %s\n", $$1, $$2 }' Makefile
@@ -28,6 +28,9 @@ demo: $(READY) ## run the contracting sheet of the paper, result in runs/sheet-2
 test: $(READY) ## run the tests; options for pytest in ARGS, as in: make test ARGS="-k sheet"
 	$(RUN) pytest $(ARGS)
 
+torture: $(READY) ## kill, fill, corrupt and resume runs, and print what survived; options in ARGS
+	$(RUN) python scripts/torture.py $(ARGS)
+
 lint: $(READY) ## check style, format and types; changes nothing
 	$(RUN) ruff check
 	$(RUN) ruff format --check
@@ -37,8 +40,8 @@ format: $(READY) ## format the code and apply the safe fixes
 	$(RUN) ruff check --fix-only
 	$(RUN) ruff format
 
-bench: $(READY) ## time the sheet beside a textbook solution; options in ARGS
-	$(RUN) python benchmarks/sheet.py $(ARGS)
+bench: $(READY) ## measure work against precision, write docs/benchmarks.md (half an hour); options in ARGS
+	$(RUN) python benchmarks/work_precision.py $(ARGS)
 
 clean: ## remove the environment, tools, caches and builds; keeps runs/
 	rm -rf .venv .tools build dist .hypothesis .mypy_cache .pytest_cache .ruff_cache

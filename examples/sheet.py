@@ -16,7 +16,7 @@ potential = ms.Potential(
     body, cell=cell, diffusivity=100.0, mass="averaged", deformation=mechanics.deformation
 )
 ms.Bump(potential=0.9, center=(95, 25), radius=8).apply(potential)
-model = ms.Electromechanics(potential, mechanics, ms.SecondOrder(every=5))
+model = ms.Electromechanics(potential, mechanics, ms.SecondOrder(every=4))
 probes = {"near": (80, 50), "far": (50, 130)}
-results = ms.Simulation(model, step=1e-3, end=3.0, probes=probes, out="runs/sheet", force=True).run()
+results = ms.Simulation(model, step=3e-3, end=3.0, probes=probes, out="runs/sheet", force=True).run()
 print(results["metrics"])

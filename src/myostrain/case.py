@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import tomllib
 import typing
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from myostrain import activation, cells, geometry, kinematics, materials
+from myostrain import activation, cells, geometry, kinematics, materials, sizes
 from myostrain.coupling import Electromechanics, Implicit, SecondOrder, Staggered
 from myostrain.engine import MPI
 from myostrain.errors import InputError, nearest
 from myostrain.initial import Bump
 from myostrain.mechanics import ImposedStretch, Mechanics
 from myostrain.output.fields import FieldName
+from myostrain.overrides import override
 from myostrain.potential import Balance, Mass, Potential
-from myostrain.simulation import Simulation
+from myostrain.simulation import CHECKPOINT_SECONDS, Simulation
 from myostrain.validation import Finite, Flag, NonNegative, Positive, description
 
 import pydantic
@@ -86,11 +88,15 @@ class OutputSection:
         every: Simulated time between written fields; a sixtieth of the run unless given.
         fields: Which fields.
         rigid_twin: Whether the same case is run on the rigid body too, for comparison.
+        checkpoint_every: Simulated time between checkpoints; none by simulated time unless given.
+        checkpoint_seconds: Seconds of wall clock between checkpoints.
     """
 
     every: Positive | None = None
     fields: tuple[FieldName, ...] = ("potential", "states", "displacement", "stress_trace")
     rigid_twin: Flag = False
+    checkpoint_every: Positive | None = None
+    checkpoint_seconds: Positive = CHECKPOINT_SECONDS
 
 
 #: Sections of a case file, and whether they must be there.
@@ -109,6 +115,9 @@ SECTIONS = {
     "solver": False,
 }
 TEXTS = ("name", "title", "cost")
+
+#: Bytes of a case file at most: a larger one is something else.
+MAX_FILE = 1_000_000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -146,7 +155,8 @@ class Case:
 
         Args:
             path: The TOML file; paths in it are relative to its folder.
-            overrides: ``KEY=VALUE`` with dotted keys and values in TOML syntax.
+            overrides: ``KEY=VALUE`` with dotted keys and values in TOML syntax; paths in them are relative to
+                the current folder.
 
         Raises:
             InputError: The file cannot be read, is no TOML, or says what cannot be.
@@ -154,16 +164,24 @@ class Case:
         path = Path(path)
         geometry.readable(path, "FILE")
         try:
+            if path.stat().st_size > MAX_FILE:
+                raise InputError(f"{path} is larger than {MAX_FILE} bytes: it is no case file")
             data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except InputError:
+            raise
+        except ValueError as error:  # of TOML, of UTF-8, and of integers that are too long
             raise InputError(f"{path} is no valid TOML file: {error}") from error
+        except RecursionError:
+            raise InputError(f"{path} is no case: its lists or tables are too deep") from None
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}") from error
         if not data:
             raise InputError(f"{path} holds no case: it has no section")
-        for override in overrides:
-            _override(data, override)
-        return cls.from_dict(data, name=path.stem, folder=path.parent)
+        form = data.get("geometry")
+        if isinstance(form, dict) and isinstance(form.get("path"), str):
+            form["path"] = str(path.parent.absolute() / form["path"])
+        override(data, overrides)
+        return cls.from_dict(data, name=path.stem)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], name: str = "case", folder: Path = Path()) -> Case:
@@ -175,7 +193,7 @@ class Case:
         unknown = [key for key in data if key not in (*SECTIONS, *TEXTS)]
         if unknown:
             raise InputError(
-                f"no such section or key; {nearest(unknown[0], (*SECTIONS, *TEXTS))}", unknown[0]
+                f"no such section or key; {nearest(unknown[0], (*SECTIONS, *TEXTS))}", _dotted(unknown[0])
             )
         for section, needed in SECTIONS.items():
             if needed and section not in data:
@@ -185,6 +203,13 @@ class Case:
         for key in TEXTS:
             if not isinstance(data.get(key, ""), str):
                 raise InputError("give a text", key)
+        if not re.fullmatch(r"[^/\\\x00-\x1f]{1,100}", data.get("name", "-")) or data.get("name") in (
+            ".",
+            "..",
+        ):
+            raise InputError(
+                f"a result folder is called by it: give a short word, not {_shown(data['name'])}", "name"
+            )
         part = {section: dict(data.get(section, {})) for section in SECTIONS}
 
         form = _pick(part["geometry"], "geometry.kind", GEOMETRIES)
@@ -197,7 +222,7 @@ class Case:
         scheme = _pick(part["time"], "time.scheme", SCHEMES, "second-order")
 
         if form is geometry.MeshFile and isinstance(part["geometry"].get("path"), str):
-            part["geometry"]["path"] = str((folder / part["geometry"]["path"]).resolve())
+            part["geometry"]["path"] = _whole(folder, part["geometry"]["path"])
         constraint = {k: part["mechanics"].pop(k) for k in ("constraint",) if k in part["mechanics"]}
         if line and constraint:
             if constraint["constraint"] != "total":
@@ -291,12 +316,21 @@ class Case:
         return Electromechanics(potential, mechanics, self.scheme)
 
     def simulation(
-        self, comm: Any = MPI.COMM_WORLD, out: Path | None = None, force: bool = False
+        self,
+        comm: Any = MPI.COMM_WORLD,
+        out: Path | None = None,
+        force: bool = False,
+        resume: bool = False,
     ) -> Simulation:
-        """Build the model and the simulation that runs it."""
+        """Build the model and the simulation that runs it.
+
+        Raises:
+            InputError: It would not fit into memory or on the disk, or see :meth:`build`.
+        """
         import time
 
         begin = time.perf_counter()
+        sizes.check(self, out, comm)
         model = self.build(comm)
         return Simulation(
             model,
@@ -304,9 +338,12 @@ class Case:
             end=self.time.end,
             out=out,
             probes=self.probes,
-            every=self.output.every,
+            every=None if self.output.every is None else min(self.output.every, self.time.end),
             fields=self.output.fields,
+            checkpoint_every=self.output.checkpoint_every,
+            checkpoint_seconds=self.output.checkpoint_seconds,
             force=force,
+            resume=resume,
             case={"name": self.name, "parameters": self.parameters},
             setup_seconds=time.perf_counter() - begin,
         )
@@ -318,7 +355,7 @@ def _pick(section: dict[str, Any], key: str, choices: Mapping[str, Any], default
     if word is None:
         raise InputError(f"missing; allowed: {', '.join(choices)}", key)
     if not isinstance(word, str) or word not in choices:
-        raise InputError(f"{word!r} is not known here; {nearest(str(word), choices)}", key)
+        raise InputError(f"{_shown(word)} is not known here; {nearest(_shown(word), choices)}", key)
     return choices[word]
 
 
@@ -342,7 +379,7 @@ def _make(
     for key in values:
         if key not in fields:
             where = (sections or {}).get(key, section)
-            raise InputError(f"no such key; {nearest(key, [*fields, *also])}", f"{where}.{key}")
+            raise InputError(f"no such key; {nearest(key, [*fields, *also])}", _dotted(where, key))
     try:
         return cls(**values)
     except pydantic.ValidationError as error:
@@ -352,24 +389,75 @@ def _make(
     place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple", "ImposedStretch")]
     where = (sections or {}).get(str(place[0]), section) if place else section
     key = ".".join([where, *map(str, place)])
-    if found["type"] == "missing":
+    if found["type"] == "missing" and not isinstance(place[-1], int):
         raise InputError("missing", key)
     if found["type"] == "unexpected_keyword_argument":
         inner = typing.get_args(typing.get_type_hints(cls)[str(place[0])])
         known = [f.name for part in inner if dataclasses.is_dataclass(part) for f in dataclasses.fields(part)]
         raise InputError(f"no such key; {nearest(str(place[-1]), known)}", key)
-    reason = found["msg"].removeprefix("Value error, ")
-    raise InputError(f"{reason[0].lower()}{reason[1:]}, not {found['input']!r}", key)
+    kind = str(typing.get_type_hints(cls).get(str(place[0]))) if place else ""
+    raise InputError(f"{_plain_words(found, kind)}, not {_shown(found['input'])}", key)
+
+
+def _plain_words(error: Any, kind: str) -> str:
+    """What pydantic says of a value, as something to do.
+
+    Args:
+        error: One of its errors.
+        kind: The type that is wanted, as text.
+    """
+    texts = "str" in kind or "Literal" in kind
+    some = 'texts, such as ["left"]' if texts else "numbers, such as [1.0, -1.0]"
+    wanted = {
+        "float_type": "give a number",
+        "int_type": "give an integer",
+        "int_from_float": "give an integer",
+        "bool_type": "give a boolean, true or false",
+        "string_type": "give a text",
+        "path_type": 'give a path, such as "body.msh"',
+        "tuple_type": f"give a list of {some}",
+        "too_long": "give a shorter list",
+        "missing": f"give a longer list of {some}",
+        "mapping_type": "give a table, such as { name = [1.0, -1.0] }",
+        "dict_type": "give a table, such as { name = [1.0, -1.0] }",
+        "dataclass_type": "give a table, such as { value = 1.0 }",
+    }
+    said = error["msg"].removeprefix("Value error, ").replace("Input should be", "this should be")
+    return wanted.get(error["type"], f"{said[0].lower()}{said[1:]}")
+
+
+def _shown(value: Any) -> str:
+    """A value for a message: short, whatever it is."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables
+        text = f"such a long {type(value).__name__}"
+    return text if len(text) <= 100 else f"{text[:90]}..."
+
+
+def _dotted(*parts: str) -> str:
+    """A key for a message; a strange part is quoted and cut."""
+    return ".".join(part if part.isprintable() and 0 < len(part) <= 50 else _shown(part) for part in parts)
+
+
+def _whole(folder: Path, path: str) -> str:
+    """A path that is relative to ``folder``, as an absolute one."""
+    try:
+        return str((folder / path).resolve())
+    except (ValueError, OSError, RuntimeError) as error:  # a null byte, a loop of links
+        raise InputError(f"{_shown(path)} is no path: {error}", "geometry.path") from error
 
 
 def _make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
     checked = {}
     for name, point in section.items():
+        if not name.isprintable() or not 0 < len(name) <= 100:
+            raise InputError("call a probe by a short, printable name", _dotted("probes", name))
         try:
             checked[name] = pydantic.TypeAdapter(tuple[Finite, ...]).validate_python(point)
         except pydantic.ValidationError:
             raise InputError(
-                f"give finite coordinates, such as [100.0], not {point!r}", f"probes.{name}"
+                f"give finite coordinates, such as [100.0], not {_shown(point)}", _dotted("probes", name)
             ) from None
     return checked
 
@@ -377,37 +465,34 @@ def _make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
 def _make_solver(section: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     for name, options in section.items():
         if name not in ("potential", "mechanics"):
-            raise InputError(f"no such solver; {nearest(name, ('potential', 'mechanics'))}", f"solver.{name}")
+            raise InputError(
+                f"no such solver; {nearest(name, ('potential', 'mechanics'))}", _dotted("solver", name)
+            )
         if not isinstance(options, Mapping):
             raise InputError('give PETSc options, such as { ksp_type = "cg" }', f"solver.{name}")
         for key, value in options.items():
             if not isinstance(value, str | int | float | bool):
-                raise InputError(f"give a text or a number, not {value!r}", f"solver.{name}.{key}")
+                raise InputError(
+                    f"give a text or a number, not {_shown(value)}", _dotted("solver", name, key)
+                )
+            _check_option(_dotted("solver", name, key), key, value)
     return {name: dict(options) for name, options in section.items()}
 
 
-def _override(data: dict[str, Any], assignment: str) -> None:
-    """Apply ``KEY=VALUE`` to nested dictionaries."""
-    key, equals, text = assignment.partition("=")
-    path = [part.strip() for part in key.split(".")]
-    if not equals or not all(path):
-        raise InputError(f"'{assignment}' is not of the form KEY=VALUE, such as cell.alpha=0.13", "--set")
-    try:
-        parsed = tomllib.loads(f"value = {text}")
-        if "\n" in text or set(parsed) != {"value"}:
-            raise InputError("give one value, on one line", f"--set {key}")
-        value = parsed["value"]
-    except tomllib.TOMLDecodeError:
-        # A shell takes the quotes away: a bare word is a text.
-        value = text.strip()
-        if not value.replace("-", "").replace("_", "").isalnum():
-            raise InputError(f"'{text}' is no value in TOML syntax", f"--set {key}") from None
-    at = data
-    for part in path[:-1]:
-        at = at.setdefault(part, {})
-        if not isinstance(at, dict):
-            raise InputError(f"'{part}' is a value, not a section", f"--set {key}")
-    at[path[-1]] = value
+def _check_option(where: str, key: str, value: Any) -> None:
+    """Refuse PETSc options that load code, write files, or cannot be options at all."""
+    if not re.fullmatch(r"[A-Za-z0-9_]{1,100}", key):
+        raise InputError("a PETSc option is a word, such as ksp_type", where)
+    if isinstance(value, int) and abs(value) >= 2**31:
+        raise InputError(f"give a number below 2^31, not {_shown(value)}", where)
+    if isinstance(value, str) and not re.fullmatch(r"[A-Za-z0-9_.,+-]{1,100}", value):
+        raise InputError(f"give a word or a number, not {_shown(value)}", where)
+    if any(word in f"{key} {value}".lower() for word in ("python", "shell", "plugin", "binary_", "file")):
+        raise InputError(
+            "this option runs code or reads and writes files; a case file holds data only", where
+        )
+    if ("view" in key or "monitor" in key) and isinstance(value, str):
+        raise InputError("give true: it is printed, not written to a file", where)
 
 
 def _word(thing: Any, choices: Mapping[str, Any]) -> str:

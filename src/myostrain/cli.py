@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import logging
+import math
+import signal
 import sys
 import time
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
-from myostrain.errors import ComputationError, InputError
+from myostrain.errors import ComputationError, InputError, Interrupted
 
 import typer
 from rich.console import Console
@@ -54,7 +59,9 @@ def show(case: Annotated[str, typer.Argument(metavar="CASE", help="A named case.
 
 @app.command()
 def run(
-    case: Annotated[str, typer.Argument(metavar="CASE|FILE.toml", help="A named case, or a case file.")],
+    case: Annotated[
+        str | None, typer.Argument(metavar="CASE|FILE.toml", help="A named case, or a case file.")
+    ] = None,
     overrides: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change one key; values as in TOML."),
@@ -63,6 +70,9 @@ def run(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on from the last checkpoint in DIR; CASE is not needed.")
+    ] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
     ] = False,
@@ -78,13 +88,40 @@ def run(
     from myostrain.running import run_case
 
     comm = MPI.COMM_WORLD
-    file = Path(case) if case.endswith(".toml") or "/" in case else cases.path(case)
-    checked = Case.from_file(file, overrides or [])
+    if resume:
+        if out is None or overrides or force:
+            raise InputError("goes with --out DIR, and without --set and --force", "--resume")
+        kept = out / "case.toml"
+        if not kept.is_file():
+            raise InputError(f"{out} holds no case.toml, so there is no run to go on with", "--resume")
+        checked = Case.from_file(kept)
+        if case is not None and not case.endswith(".toml") and case != checked.name:
+            raise InputError(f"{out} holds a run of {checked.name}, not of {case}", "--resume")
+    elif case is None:
+        raise InputError(f"name a case ({', '.join(cases.names())}) or a case file", "CASE")
+    else:
+        file = Path(case) if case.endswith(".toml") or "/" in case else cases.path(case)
+        checked = Case.from_file(file, overrides or [])
     folder = comm.bcast(out if out is not None else free_name(Path("runs") / checked.name), root=0)
-    with ProgressDisplay(comm.rank == 0, bar=not quiet) as display:
-        results = run_case(checked, folder, force=force, comm=comm, progress=display.start)
+    try:
+        with _warnings_shown(comm.rank == 0), ProgressDisplay(comm.rank == 0, bar=not quiet) as display:
+            results = run_case(checked, folder, force=force, resume=resume, comm=comm, progress=display.start)
+    except Interrupted as stop:
+        again = f"go on with `myostrain run --resume --out {folder}`"
+        if not math.isnan(stop.time):  # between two steps
+            _complain(f"{stop} after a checkpoint; {again}", 128 + stop.number)
+            raise typer.Exit(128 + stop.number) from None
+        raise
     if comm.rank == 0:
         _report(checked, results, folder)
+
+
+@app.command()
+def doctor() -> None:
+    """Print the environment and check that it computes right (ten seconds)."""
+    from myostrain.doctor import report
+
+    raise typer.Exit(report(typer.echo))
 
 
 @app.command()
@@ -94,6 +131,26 @@ def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result fo
 
     for path in draw(folder):
         typer.echo(str(path))
+
+
+@contextmanager
+def _warnings_shown(active: bool) -> Iterator[None]:
+    """Show the warnings of ``run.log`` on the terminal too."""
+    handler = _Warnings()
+    logger = logging.getLogger("myostrain")
+    if active:
+        logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+class _Warnings(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show one."""
+        if record.levelno == logging.WARNING:
+            errors.print(f"myostrain: {record.getMessage()}")
 
 
 def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
@@ -172,7 +229,8 @@ class _Track:
 
 
 def main() -> NoReturn:
-    """Run the command line: 0 done, 2 wrong input, 3 failed computation, 130 interrupted."""
+    """Run the command line: 0 done, 2 wrong input, 3 failed computation, 128 + n ended by signal n."""
+    signal.signal(signal.SIGTERM, _terminate)
     try:
         stopped = app(standalone_mode=False)
         status = stopped if isinstance(stopped, int) else 0
@@ -184,8 +242,10 @@ def main() -> NoReturn:
         status = _complain(f"the computation failed {error}", 3)
     except typer.Exit as stop:
         status = stop.exit_code
-    except KeyboardInterrupt:
-        status = _complain("interrupted; what was written so far stays readable", 130)
+    except KeyboardInterrupt as stop:
+        number = stop.number if isinstance(stop, Interrupted) else signal.SIGINT
+        status = _complain("interrupted; what was written so far stays readable", 128 + number)
+        _leave(status, alone=True)
     except Exception as error:  # noqa: BLE001
         status = _usage(error)
     _leave(status)
@@ -213,10 +273,15 @@ def _first_process() -> bool:
     return engine is None or engine.COMM_WORLD.rank == 0
 
 
-def _leave(status: int) -> NoReturn:
-    """Exit; when this process alone failed unexpectedly, take the others along so that none hangs."""
+def _terminate(number: int, frame: FrameType | None) -> NoReturn:
+    """SIGTERM outside the steps of a run, which handle it themselves."""
+    raise Interrupted(number, math.nan)
+
+
+def _leave(status: int, *, alone: bool = False) -> NoReturn:
+    """Exit; when this process alone failed or stopped, take the others along so that none hangs."""
     engine = sys.modules.get("mpi4py.MPI")
-    if status == 1 and engine is not None and engine.COMM_WORLD.size > 1:
+    if (alone or status == 1) and engine is not None and engine.COMM_WORLD.size > 1:
         sys.stdout.flush()
         sys.stderr.flush()
         engine.COMM_WORLD.Abort(status)

@@ -12,9 +12,13 @@ from myostrain.history import backward_difference, extrapolation_weights
 from myostrain.mechanics import Mechanics
 from myostrain.potential import Potential
 from myostrain.solvers import largest
+from myostrain.state import State
 from myostrain.validation import Count, Positive, description
 
 import numpy as np
+
+#: Largest −v γ′/(1 + γ) for which an extrapolated body is stable where J follows v (2/3, with a margin).
+STRONG = 0.66
 
 
 class Scheme(Protocol):
@@ -44,7 +48,8 @@ class Electromechanics:
             one that mechanics then found for the same time (the schemes of one pass).
 
     Raises:
-        InputError: The activation makes Fo singular, or the conservative balance ill-posed.
+        InputError: The activation makes Fo singular, or the conservative balance ill-posed; or mechanics is
+            to be solved every few steps where each must be iterated.
     """
 
     def __init__(
@@ -53,6 +58,12 @@ class Electromechanics:
         self.feedback = 0.0 if mechanics is None else check_well_posed(potential, mechanics)
         self.potential, self.mechanics = potential, mechanics
         self.scheme: Scheme = scheme or SecondOrder()
+        if isinstance(self.scheme, SecondOrder) and self.scheme.every > 1 and self.feedback > STRONG:
+            raise InputError(
+                f"{self.scheme.every}: J follows the potential so strongly here (−v γ′/(1 + γ) up to "
+                f"{self.feedback:.2f}, over {STRONG}) that mechanics is iterated in every step; give 1",
+                "mechanics.every",
+            )
         self.time = 0.0
         self.steps = 0
         self.coupling_iterations = 0
@@ -81,6 +92,29 @@ class Electromechanics:
         self._times = [end, *self._times[: self.scheme.order - 1]]
         if was_held and self.mechanics is not None and not self.mechanics.held(end):
             self._release()
+
+    def state(self) -> State:
+        """What the next step needs, without copies of what no step changes in place."""
+        return {
+            "time": self.time,
+            "steps": self.steps,
+            "times": self._times,
+            "feedback": self.feedback,
+            "coupling_iterations": self.coupling_iterations,
+            "displacement_lag": self.displacement_lag,
+            "mechanics": None if self.mechanics is None else self.mechanics.state(),
+            "potential": self.potential.state(),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state, in place of :meth:`start` or after a failed step."""
+        self.time, self.steps, self._times = state["time"], state["steps"], list(state["times"])
+        self.feedback = state["feedback"]
+        self.coupling_iterations = state["coupling_iterations"]
+        self.displacement_lag = state["displacement_lag"]
+        if self.mechanics is not None:
+            self.mechanics.restore(state["mechanics"])
+        self.potential.restore(state["potential"])
 
     # What schemes are made of.
 
@@ -277,7 +311,7 @@ class SecondOrder:
     def advance(self, model: Electromechanics, start: float, end: float) -> None:
         """One step."""
         potential, mechanics = model.potential, model.mechanics
-        if model.feedback > 0.66:
+        if model.feedback > STRONG:
             Implicit().iterate(model, start, end, order=2)
             return
         if mechanics is not None and not mechanics.held(start):

@@ -18,6 +18,9 @@ from typing import Any
 with contextlib.suppress(ModuleNotFoundError):
     import dolfinx_solver  # noqa: F401
 
+# PETSc would end the process at SIGTERM before a run can write a checkpoint.
+os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
+
 try:
     import dolfinx
 except ModuleNotFoundError as missing:

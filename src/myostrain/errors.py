@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 
 class MyostrainError(Exception):
@@ -30,19 +30,41 @@ class ComputationError(MyostrainError, RuntimeError):
         reason: What happened.
         time: Simulated time at which it happened, if known.
         advice: What to try.
+        where: Material coordinates of the worst place, if there is one.
     """
 
-    def __init__(self, reason: str, *, time: float | None = None, advice: str | None = None) -> None:
+    def __init__(
+        self,
+        reason: str,
+        *,
+        time: float | None = None,
+        advice: str | None = None,
+        where: Sequence[float] | None = None,
+    ) -> None:
         when = "" if time is None else f"at t = {time:.6g}: "
         then = "" if advice is None else f" Try: {advice}"
         super().__init__(f"{when}{reason}{then}")
         self.reason = reason
         self.time = time
         self.advice = advice
+        self.where = None if where is None else list(where)
 
     def at(self, time: float) -> ComputationError:
         """The same failure, with the simulated time at which it happened."""
-        return type(self)(self.reason, time=time, advice=self.advice)
+        return type(self)(self.reason, time=time, advice=self.advice, where=self.where)
+
+
+class Interrupted(KeyboardInterrupt):
+    """A signal ended the run after a step and a checkpoint (exit status 128 + its number).
+
+    Args:
+        number: The signal's number, such as ``signal.SIGTERM``.
+        time: Simulated time that the run had reached.
+    """
+
+    def __init__(self, number: int, time: float) -> None:
+        super().__init__(f"interrupted at t = {time:.6g}")
+        self.number, self.time = number, time
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from myostrain.engine import fem
+from myostrain.state import FieldState, State
 
 import numpy as np
 import numpy.typing as npt
@@ -54,18 +55,22 @@ class History:
 
     def push(self, time: float) -> None:
         """Keep the field's present value as that at ``time``, later than all kept ones."""
-        recycled = (
-            self.values.pop() if len(self.values) == self.depth else np.empty_like(self._function.x.array)
-        )
-        del self.times[self.depth - 1 :]
-        recycled[:] = self._function.x.array
-        self.values.insert(0, recycled)
-        self.times.insert(0, time)
+        self.times = [time, *self.times[: self.depth - 1]]
+        self.values = [self._function.x.array.copy(), *self.values[: self.depth - 1]]
+
+    def state(self) -> State:
+        """Times and values; the arrays are never changed afterwards."""
+        space = self._function.function_space
+        return {"times": self.times, "values": [FieldState(space, value) for value in self.values]}
+
+    def restore(self, state: State) -> None:
+        """Take times and values from a state."""
+        self.times = list(state["times"])
+        self.values = [field.values for field in state["values"]]
 
     def clear(self) -> None:
         """Forget all values: nothing smooth connects them with what comes."""
-        self.times.clear()
-        self.values.clear()
+        self.times, self.values = [], []
 
     def extrapolate(self, time: float, order: int, out: npt.NDArray[np.float64]) -> None:
         """Write the value at ``time`` by a polynomial of at most ``order`` through the newest values."""

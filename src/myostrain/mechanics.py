@@ -12,7 +12,9 @@ from myostrain.geometry import Body
 from myostrain.history import History, backward_difference
 from myostrain.kinematics import Deformation, Kinematics
 from myostrain.materials import Material
-from myostrain.solvers import ChordNewton, Options, assemble_nodal, largest, owned_dofs
+from myostrain.newton import ChordNewton
+from myostrain.solvers import Options, assemble_nodal, largest, owned_dofs
+from myostrain.state import FieldState, State
 from myostrain.supports import fixed_conditions, rigid_body_pins
 from myostrain.timing import timed
 from myostrain.validation import Positive, description, with_constants
@@ -170,6 +172,7 @@ class Mechanics:
             tolerance=tolerance * self.size,
             options=options,
             saddle_point=mixed,
+            depends_on=[self.v, *(f for pair in self._past for f in pair), *self._rates],
         )
         points = basix.make_quadrature(getattr(basix.CellType, mesh.topology.cell_type.name), 2)[0]
         orientation = ufl.as_vector(
@@ -351,6 +354,28 @@ class Mechanics:
             self.u.sub(1).interpolate(pressure)
         else:
             self.u.interpolate(homogeneous)
+
+    def state(self) -> State:
+        """The configuration, its history, the one handed over, and the kept tangent."""
+        return {
+            "fields": [FieldState.of(function) for function in self._stateful()],
+            "history": self.history.state(),
+            "past_v": self._past_v.state(),
+            "solver": self.solver.state(),
+            "seconds": self.seconds,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self.solver.restore(state["solver"])
+        for function, field in zip(self._stateful(), state["fields"], strict=True):
+            field.put(function)
+        self.history.restore(state["history"])
+        self._past_v.restore(state["past_v"])
+        self.seconds = state["seconds"]
+
+    def _stateful(self) -> list[fem.Function]:
+        return [self.u, self.v, self.handed, self._handed_v]
 
     def accept(self, time: float) -> None:
         """Take the present configuration as the one at ``time``."""

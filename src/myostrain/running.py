@@ -9,7 +9,8 @@ from typing import Any
 
 from myostrain.case import Case
 from myostrain.engine import MPI
-from myostrain.output.folder import write_atomically
+from myostrain.output.folder import on_first, write_atomically
+from myostrain.output.log import RunLog, log_end, log_start
 from myostrain.simulation import Progress
 
 #: Metrics of the rigid twin that are compared.
@@ -21,6 +22,7 @@ def run_case(
     out: str | Path,
     *,
     force: bool = False,
+    resume: bool = False,
     comm: Any = MPI.COMM_WORLD,
     progress: Callable[[str, int, float], Progress] | None = None,
     figures: bool = True,
@@ -31,6 +33,8 @@ def run_case(
         case: The case.
         out: Result folder.
         force: Whether results of an earlier run in ``out`` may be removed.
+        resume: Whether to go on from the last checkpoint in ``out``; of a run that ended, the results are
+            returned.
         comm: MPI communicator.
         progress: Makes what is told of the progress, from a name, the number of steps and the end.
         figures: Whether to draw.
@@ -41,22 +45,38 @@ def run_case(
     Raises:
         InputError: The case cannot be run as it is.
         ComputationError: The computation failed.
+        Interrupted: A signal ended it after a checkpoint.
     """
     out = Path(out)
-    simulation = case.simulation(comm, out, force)
-    if comm.rank == 0:
-        write_atomically(out / "case.toml", case.to_toml())
-    twin: dict[str, Any] | None = None
-    if case.output.rigid_twin:
-        twin = run_case(case.rigid(), out / "rigid", comm=comm, progress=progress, figures=False)
+    if resume and comm.bcast((out / "results.json").exists() if comm.rank == 0 else None, root=0):
+        return load_results(out)
+    simulation = case.simulation(comm, out, force, resume)
+    try:
+        on_first(comm, lambda: write_atomically(out / "case.toml", case.to_toml()), out / "case.toml")
+        with RunLog(out, comm, append=resume):
+            log_start(case.parameters, simulation.model, comm.size)
+            twin: dict[str, Any] | None = None
+            if case.output.rigid_twin:
+                twin = run_case(
+                    case.rigid(),
+                    out / "rigid",
+                    force=resume and not (out / "rigid" / "case.toml").exists(),
+                    resume=resume and (out / "rigid" / "case.toml").exists(),
+                    comm=comm,
+                    progress=progress,
+                    figures=False,
+                )
 
-    def finish(results: dict[str, Any]) -> None:
-        if twin is not None:
-            results["metrics"] |= compare(results["metrics"], twin["metrics"])
+            def finish(results: dict[str, Any]) -> None:
+                if twin is not None:
+                    results["metrics"] |= compare(results["metrics"], twin["metrics"])
 
-    shown = None if progress is None else progress(case.name, simulation.steps, simulation.end)
-    results = simulation.run(shown, finish)
-    if figures and comm.rank == 0 and (out / "snapshots.h5").exists():
+            shown = None if progress is None else progress(case.name, simulation.steps, simulation.end)
+            results = simulation.run(shown, finish)
+            log_end(results)
+    finally:
+        simulation.close()
+    if figures and comm.rank == 0 and (out / "snapshots").is_dir():
         from myostrain.output.figures import draw
 
         draw(out)

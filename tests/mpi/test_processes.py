@@ -7,13 +7,14 @@ import sys
 from pathlib import Path
 
 from myostrain import Case, run_case
+from myostrain.output.snapshots import Snapshots
 from myostrain.running import load_results
 
-import h5py
 import numpy as np
 import pytest
 
 from small_cases import ALONE, LINE, SHEET, changed, other_process, write_case
+from snapshot_files import check_vtx
 
 MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
 
@@ -110,9 +111,10 @@ def test_numbers_do_not_depend_on_the_processes(runs, name):
     times = [{k: p["activation_time"] for k, p in r["probes"].items()} for r in (one, two)]
     assert times[0]["a"] < times[0]["b"]
     assert one["metrics"]["celerity"] > 10
-    # Measured 4e-14 at most. One iteration more or less of a linear solver is 1e-10, of the coupling 1e-10.
+    # Each process has incomplete factors of its own, so that a linear solve differs by its tolerance, 1e-10.
+    # Measured after 50 steps: 3e-10 in times and celerity, 1.1e-8 in the least potential.
     assert difference(*times) < 1e-8
-    assert difference(one["metrics"], two["metrics"]) < 1e-8
+    assert difference(one["metrics"], two["metrics"]) < 5e-8
     for key in ("steps", "time", "cells", "unknowns", "parameters"):
         assert one[key] == two[key]
 
@@ -125,20 +127,16 @@ def test_files_do_not_depend_on_the_processes(runs, name):
         for processes in ("one", "two")
     ]
     np.testing.assert_allclose(tables[1], tables[0], rtol=0, atol=1e-6)
-    fields = []
-    for processes in ("one", "two"):
-        with h5py.File(runs / processes / name / "snapshots.h5") as file:
-            X, cells = file["points"][:], file["cells"][:]
-            order = np.lexsort(np.round(X, 9).T)
-            edges = X[cells]
-            volume = np.abs(np.linalg.det(edges[:, 1:] - edges[:, :1])).sum()
-            activation = np.nan_to_num(file["activation_time"][:][order], nan=-1.0)
-            values = [
-                file[key][:][:, order] for key in ("potential", "recovery", "displacement", "stress_trace")
-            ]
-            fields.append([file["time"][:], X[order], volume, activation, *values])
-    for one, two in zip(*fields, strict=True):
-        np.testing.assert_allclose(two, one, rtol=1e-5, atol=1e-5)  # single precision
+    one, two = (Snapshots(runs / processes / name) for processes in ("one", "two"))
+    np.testing.assert_array_equal(two.points, one.points)
+    np.testing.assert_array_equal(two.cells, one.cells)
+    np.testing.assert_array_equal(two.times, one.times)
+    assert two.names == one.names == {"potential", "recovery", "displacement", "stress_trace"}
+    for field in one.names:
+        for frame in range(len(one.times)):
+            np.testing.assert_allclose(two.field(field, frame), one.field(field, frame), rtol=0, atol=1e-6)
+    np.testing.assert_allclose(two.activation(), one.activation(), rtol=0, atol=1e-6)
+    check_vtx(runs / "two" / name)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +145,12 @@ def test_files_do_not_depend_on_the_processes(runs, name):
         (LINE, {"cell.alpah": 0.1}, 2, "'alpha'"),
         (LINE, {"mechanics.fixed": ["lft"]}, 2, "'left'"),
         (SHEET, {"probes.a": [500.0, 0.0]}, 2, "outside"),
-        (LINE, {"solver.potential": {"ksp_max_it": 1}}, 3, "failed at t = 0"),
+        (
+            SHEET,
+            {"solver.mechanics": {"ksp_type": "cg", "pc_type": "none", "ksp_max_it": 1}},
+            3,
+            "failed at t = 0",
+        ),
     ],
     ids=["key", "boundary", "probe", "solver"],
 )

@@ -1,15 +1,11 @@
-"""Case files that are wrong: one message that says what to do, and nothing but that, whatever is in them."""
+"""Case files that are wrong: one message that says what to do, random ones are in tests/fuzz."""
 
-import contextlib
 import datetime as dt
 import math
-import tomllib
 
-from myostrain import Case, InputError, cases
+from myostrain import Case, InputError
 
-import hypothesis
 import pytest
-from hypothesis import strategies as st
 
 from small_cases import ALONE, LINE, REMOVED, SHEET, changed, command_line, write_case
 
@@ -160,61 +156,3 @@ def test_absurd_spacing_is_no_crash(kind):
     assert Case.from_dict(coarse).geometry.mesh(ALONE).mesh.topology.index_map(0).size_global < 20
     with pytest.raises(InputError, match=r"geometry\.spacing.* cells"):
         Case.from_dict(fine).geometry.mesh(ALONE)
-
-
-# Random changes of a case.
-
-WORDS = ("x", "", "line", "rectangle", "plane-strain", "implicit", "staggered", "NeoHookean", "advective")
-NUMBERS = (-1, 0, 1, 3, 0.4, 1.0, -0.5, 1e300, -1e300, 1e-300, INF, -INF, NAN)
-VALUES = st.one_of(
-    st.sampled_from(NUMBERS),
-    st.sampled_from(WORDS),
-    st.booleans(),
-    st.lists(st.one_of(st.sampled_from(NUMBERS), st.sampled_from(WORDS), st.booleans()), max_size=4),
-    st.dictionaries(st.sampled_from(["value", "until", "ksp_type", "a", "left"]), st.just(1.0), max_size=2),
-    st.just(dt.date(2011, 1, 1)),
-)
-KEYS = st.one_of(
-    st.text(max_size=6), st.sampled_from(["every", "beta", "robin", "model", "constraint", "path"])
-)
-
-
-@st.composite
-def mutated(draw, bases):
-    """A case with one to three changes: a key deleted or added, a value of another type or sign."""
-    data = changed(draw(st.sampled_from(bases)), {})
-    for _ in range(draw(st.integers(1, 3))):
-        tables = [data, *(table for table in data.values() if isinstance(table, dict))]
-        table = draw(st.sampled_from(tables))
-        existing = sorted(table)
-        what = draw(st.sampled_from(["delete", "change", "add", "negate"] if existing else ["add"]))
-        key = draw(KEYS) if what == "add" else draw(st.sampled_from(existing))
-        if what == "delete":
-            del table[key]
-        elif what == "negate" and isinstance(table[key], int | float):
-            table[key] = -table[key]
-        else:
-            table[key] = draw(VALUES)
-    return data
-
-
-SHIPPED = [tomllib.loads(cases.path(name).read_text(encoding="utf-8")) for name in cases.names()]
-
-
-@hypothesis.settings(deadline=None, derandomize=True, max_examples=500)
-@hypothesis.given(data=mutated(SHIPPED))
-def test_random_case_is_checked_or_refused(data):
-    """interface.md: wrong input is exit status 2, so nothing but InputError; what passes, survives TOML."""
-    try:
-        case = Case.from_dict(data)
-    except InputError:
-        return
-    assert Case.from_dict(tomllib.loads(case.to_toml())).to_toml() == case.to_toml()
-
-
-@hypothesis.settings(deadline=None, derandomize=True, max_examples=200)
-@hypothesis.given(data=mutated([LINE]))
-def test_random_line_is_built_or_refused(data):
-    """The same of what shows only on the mesh: a model is made, or InputError says why not."""
-    with contextlib.suppress(InputError):
-        Case.from_dict(data).build(ALONE)

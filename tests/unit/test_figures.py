@@ -4,16 +4,17 @@ import json
 
 from myostrain.errors import InputError
 from myostrain.output.figures import draw
-from myostrain.output.figures_data import recording
+from myostrain.output.figures_data import Recording
 from myostrain.output.figures_line import leading_edge, resampled, sorted_line, telling_frames
 from myostrain.output.figures_sheet import boundary_edges, film_frames, isochrone_levels
 from myostrain.output.figures_style import plain, potential_range, symmetric_range
 
-import h5py
 import matplotlib as mpl
 import numpy as np
 import pytest
 from PIL import Image
+
+from snapshot_files import frame, write_snapshots
 
 LINE = ["potential.png", "evolution.png", "space-time.png"]
 SHEET = ["potential.png", "stress.png", "activation.png", "animation.gif"]
@@ -21,14 +22,6 @@ SHEET = ["potential.png", "stress.png", "activation.png", "animation.gif"]
 
 def bump(distance, width=10.0):
     return np.exp(-((distance / width) ** 2))
-
-
-def write(folder, points, cells, time, **fields):
-    folder.mkdir(parents=True, exist_ok=True)
-    with h5py.File(folder / "snapshots.h5", "w") as file:
-        file["points"], file["cells"], file["time"] = points, cells, time
-        for name, values in fields.items():
-            file[name] = np.asarray(values, dtype="f4" if name != "activation_time" else "f8")
 
 
 def finish(folder, probes=None, **metrics):
@@ -53,7 +46,7 @@ def line(folder, speed, *, moves=True, frames=7, length=100):
     fields = dict(potential=v, recovery=v / 4)
     if moves:
         fields.update(displacement=-0.05 * X[:, None] * np.ones((frames, 1, 1)), stress_trace=0 * v)
-    write(folder, X[:, None], np.column_stack([order[:-1], order[1:]]), time, **fields)
+    write_snapshots(folder, X[:, None], np.column_stack([order[:-1], order[1:]]), time, **fields)
     return X
 
 
@@ -74,7 +67,8 @@ def sheet(folder, *, n=20, frames=5, without=()):
     squeeze = -0.5 * time[:, None, None] * points * [1, 0]
     activation = np.where(r > 60, np.nan, r / 60)
     fields = dict(potential=v, displacement=squeeze, stress_trace=v - 0.5, activation_time=activation)
-    write(folder, points, number[cells], time, **{k: a for k, a in fields.items() if k not in without})
+    fields = {k: a for k, a in fields.items() if k not in without}
+    write_snapshots(folder, points, number[cells], time, **fields)
     return points, number[cells]
 
 
@@ -221,29 +215,27 @@ def test_single_frame_gives_no_film(tmp_path):
 
 @pytest.mark.parametrize("times", [np.nan, 0.5])
 def test_nothing_to_contour(tmp_path, times):
-    sheet(tmp_path, n=5, frames=2, without=("potential",))
-    with h5py.File(tmp_path / "snapshots.h5", "r+") as file:
-        file["activation_time"][:] = times
+    points, _ = sheet(tmp_path, n=5, frames=2, without=("potential",))
+    np.savez(tmp_path / "snapshots" / "activation.npz", activation_time=np.full(len(points), times))
     assert names(draw(tmp_path)) == ["stress.png"]
 
 
 def test_run_that_failed_half_way(tmp_path):
-    """No results, no activation times, one field of the last frame missing, half a row of probes."""
+    """No results, no activation times, half a file of the last frame, half a row of probes."""
     X = line(tmp_path, 60.0, frames=5)
-    with h5py.File(tmp_path / "snapshots.h5", "r+") as file:
-        short = file["recovery"][:4]
-        del file["recovery"]
-        file["recovery"] = short
+    last = frame(tmp_path, 4)
+    last.with_name(f".{last.name}.part").write_bytes(last.read_bytes()[:1000])
+    last.unlink()
     (tmp_path / "case.toml").write_text('title = "Failed"\n[probes]\na = [10.0]\n')
     (tmp_path / "probes.csv").write_text("time,a.potential,a.recovery\n0,0.1,0\n0.1,0.2,0\n0.2,0.3\n")
-    with recording(tmp_path) as run:
-        assert run.time.tolist() == [0, 0.25, 0.5, 0.75]
-        assert run.field("potential").shape == X.shape
-        assert run.field("potential") == pytest.approx(bump(X - 45.0), abs=1e-6)
-        assert run.activation() is None
-        assert "not finished" in run.title
-        assert run.probes["a"].tolist() == [10.0]
-        times, histories = run.probe_histories("potential")
+    run = Recording(tmp_path)
+    assert run.time.tolist() == [0, 0.25, 0.5, 0.75]
+    assert run.field("potential").shape == X.shape
+    assert run.field("potential") == pytest.approx(bump(X - 45.0), abs=1e-6)
+    assert run.activation() is None
+    assert "not finished" in run.title
+    assert run.probes["a"].tolist() == [10.0]
+    times, histories = run.probe_histories("potential")
     assert times.tolist() == [0, 0.1]
     assert histories["a"].tolist() == [0.1, 0.2]
     written = draw(tmp_path)
@@ -255,23 +247,21 @@ def test_twin_is_shown_at_the_same_time(tmp_path):
     """A contracting run that stopped at a third is compared with the twin's frame of that time."""
     line(tmp_path, 60.0, frames=7)
     line(tmp_path / "rigid", 60.0, moves=False, frames=7)
-    with h5py.File(tmp_path / "snapshots.h5", "r+") as file:
-        time = file["time"][:3]
-        del file["time"]
-        file["time"] = time
+    for number in range(3, 7):
+        frame(tmp_path, number).unlink()
     image = pixels(draw(tmp_path)[0])
     image = image[len(image) // 2 :]  # over X, where the two coincide and the dashes hide under the line
     assert share(image[: int(0.9 * len(image)), : int(0.7 * image.shape[1])], VERMILION) < 5e-4
 
 
 def test_no_frame(tmp_path):
-    write(tmp_path, np.zeros((2, 1)), [[0, 1]], np.empty(0), potential=np.empty((0, 2)))
+    write_snapshots(tmp_path, np.zeros((2, 1)), [[0, 1]], np.empty(0), potential=np.empty((0, 2)))
     assert draw(tmp_path) == []
 
 
 def test_solid_gives_its_probes(tmp_path):
     points, cells = np.eye(4, 3), [[0, 1, 2, 3]]
-    write(tmp_path, points, cells, [0.0, 1.0], potential=np.zeros((2, 4)))
+    write_snapshots(tmp_path, points, cells, [0.0, 1.0], potential=np.zeros((2, 4)))
     finish(tmp_path, {f"p{i}": [0, 0, 0] for i in range(9)})
     written = draw(tmp_path)
     assert names(written) == ["probes.png"]
@@ -279,7 +269,7 @@ def test_solid_gives_its_probes(tmp_path):
 
 
 def test_empty_folder(tmp_path):
-    with pytest.raises(InputError, match=r"holds no snapshots\.h5.*result folder"):
+    with pytest.raises(InputError, match=r"holds no snapshots.*result folder"):
         draw(tmp_path)
     with pytest.raises(InputError, match="is no folder"):
         draw(tmp_path / "typo")
@@ -287,12 +277,6 @@ def test_empty_folder(tmp_path):
 
 
 def test_unreadable_files(tmp_path):
-    (tmp_path / "snapshots.h5").write_bytes(b"cut off")
-    with pytest.raises(InputError, match=r"snapshots.h5 cannot be read"):
-        draw(tmp_path)
-    h5py.File(tmp_path / "snapshots.h5", "w").close()
-    with pytest.raises(InputError, match="no points, cells and time"):
-        draw(tmp_path)
     line(tmp_path, 60.0)
     (tmp_path / "case.toml").write_text("title = ")
     with pytest.raises(InputError, match=r"case.toml cannot be read"):
@@ -322,22 +306,21 @@ def test_users_settings_stay(tmp_path):
 
 def test_deformed_points(tmp_path):
     points, _ = sheet(tmp_path, n=4, frames=3)
-    with recording(tmp_path) as run:
-        assert run.deformed(0) == pytest.approx(points)
-        assert run.deformed() == pytest.approx(points * [0.5, 1])
-        assert run.deformed(1) == pytest.approx(points * [0.75, 1])
+    run = Recording(tmp_path)
+    assert run.deformed(0) == pytest.approx(points)
+    assert run.deformed() == pytest.approx(points * [0.5, 1])
+    assert run.deformed(1) == pytest.approx(points * [0.75, 1])
     sheet(tmp_path, n=4, without=("displacement",))
-    with recording(tmp_path) as run:
-        assert run.deformed() == pytest.approx(points)
+    run = Recording(tmp_path)
+    assert run.deformed() == pytest.approx(points)
 
 
 def test_activation_of_what_is_active_at_first(tmp_path):
     """A node that starts above 0.5 never rises through it, and yet was not left out."""
     points, _ = sheet(tmp_path, n=10)
-    with h5py.File(tmp_path / "snapshots.h5", "r+") as file:
-        file["activation_time"][:] = np.nan
-    with recording(tmp_path) as run:
-        times = run.activation()
+    np.savez(tmp_path / "snapshots" / "activation.npz", activation_time=np.full(len(points), np.nan))
+    run = Recording(tmp_path)
+    times = run.activation()
     active = bump(np.hypot(*(points - [60, 0]).T)) >= 0.5
     assert active.any()
     assert (times[active] == 0).all()
@@ -346,11 +329,11 @@ def test_activation_of_what_is_active_at_first(tmp_path):
 
 def test_labels(tmp_path):
     line(tmp_path, 60.0)
-    with recording(tmp_path) as run:
-        assert run.label("x", "length") == "x (non-dimensional)"
-        run.case = {"units": {"length": "mm"}}
-        assert run.label("x", "length") == "x (mm)"
-        assert run.label("t", "time") == "t"
+    run = Recording(tmp_path)
+    assert run.label("x", "length") == "x (non-dimensional)"
+    run.case = {"units": {"length": "mm"}}
+    assert run.label("x", "length") == "x (mm)"
+    assert run.label("t", "time") == "t"
     assert plain("$5") == r"\$5"
 
 

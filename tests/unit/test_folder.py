@@ -24,7 +24,9 @@ def test_held_folder_is_refused_untouched(tmp_path):
         assert snapshot_of(folder) == before
 
 
-@pytest.mark.parametrize("foreign", ["notes.txt", "figures/mine.png", "rigid/notes.txt", "old/results.json"])
+@pytest.mark.parametrize(
+    "foreign", ["notes.txt", "figures/mine.png", "snapshots/mine.npz", "rigid/notes.txt", "old/results.json"]
+)
 def test_force_never_removes_what_no_run_has_written(tmp_path, foreign):
     """folder.prepare: "results of an earlier run in it may be removed. Other files are never touched"."""
     out = tmp_path / "out"
@@ -47,7 +49,7 @@ def test_force_replaces_an_earlier_run_wholly(tmp_path):
     assert (out / "rigid").exists()
     run_case(Case.from_dict(changed(LINE, {"probes": {}})), out, comm=ALONE, force=True, figures=False)
     left = {path.name for path in out.iterdir()}
-    assert left == {"case.toml", "results.json", "fields.bp", "snapshots.h5"}
+    assert left == {"case.toml", "results.json", "fields.bp", "snapshots", "checkpoint", "run.log"}
     assert left < set(OWN)
 
 
@@ -68,7 +70,9 @@ def test_new_and_empty_folders_are_taken(tmp_path):
     """interface.md, --out DIR: made with its parents where it is not there, used where it is empty."""
     (tmp_path / "empty").mkdir()
     for path in (tmp_path / "empty", tmp_path / "a" / "b"):
-        assert prepare(path, force=False, comm=ALONE) == path
+        lock = prepare(path, force=False, comm=ALONE)
+        assert lock is not None
+        lock.release()
         assert list(path.iterdir()) == []
 
 

@@ -6,13 +6,14 @@ import tomllib
 
 import myostrain as ms
 from myostrain import Case, ComputationError, InputError, run_case
+from myostrain.output.snapshots import Snapshots
 from myostrain.running import compare, load_results
 
-import h5py
 import numpy as np
 import pytest
 
 from small_cases import ALONE, LINE, SHEET, changed, strict_json, write_case
+from snapshot_files import check_vtx
 
 #: interface.md, "Result folder", word for word.
 INTERFACE = {
@@ -80,12 +81,9 @@ def test_metrics_are_what_the_interface_says(run):
         assert metrics["celerity"] is None
     else:
         assert metrics["celerity"] == pytest.approx(np.linalg.norm(b - a) / (times[1] - times[0]), rel=1e-12)
-    with h5py.File(folder / "snapshots.h5") as file:
-        v, u = file["potential"][-1], file["displacement"][-1]
-    # The snapshots have single precision.
-    assert metrics["potential_max"] == pytest.approx(v.max(), rel=1e-6)
-    assert metrics["potential_min"] == pytest.approx(v.min(), rel=1e-6)
-    assert metrics["displacement_max"] == pytest.approx(np.linalg.norm(u, axis=-1).max(), rel=1e-6)
+    v, u = (Snapshots(folder).field(name) for name in ("potential", "displacement"))
+    assert (metrics["potential_min"], metrics["potential_max"]) == (v.min(), v.max())
+    assert metrics["displacement_max"] == pytest.approx(np.linalg.norm(u, axis=-1).max(), rel=1e-15)
     if v.size == 61:
         assert metrics["width_material"] is metrics["width_spatial"] is None
 
@@ -130,38 +128,42 @@ def test_probe_table(run):
     steps = results["steps"]
     # A row every thousandth of the run, at least every step, from 0 to the end.
     np.testing.assert_allclose(rows[:, 0], np.linspace(0.0, case.time.end, steps + 1), rtol=1e-12)
-    with h5py.File(folder / "snapshots.h5") as file:
-        X, v = file["points"][:], file["potential"][-1]
-    if line:  # where both probes are nodes
-        at = [int(np.argmin(np.abs(X[:, 0] - p[0]))) for p in case.probes.values()]
-        np.testing.assert_allclose(rows[-1][[1, 4]], v[at], rtol=1e-6)
+    if line:  # where both probes are nodes; the table has nine digits
+        snapshots = Snapshots(folder)
+        at = [int(np.argmin(np.abs(snapshots.points[:, 0] - p[0]))) for p in case.probes.values()]
+        np.testing.assert_allclose(rows[-1][[1, 4]], snapshots.field("potential")[at], rtol=1e-8)
 
 
-def test_snapshots_and_vtx(run):
-    """interface.md: fields.bp is VTX; snapshots, from which figures are drawn, hold every chosen field."""
+def test_snapshots(run):
+    """Snapshots, from which figures are drawn: the mesh, and every chosen field in double precision."""
     case, folder, results = run
-    assert (folder / "fields.bp").is_dir()
-    assert any((folder / "fields.bp").iterdir())
-    with h5py.File(folder / "snapshots.h5") as file:
-        dim, nodes = file["points"].shape[1], results["unknowns"]["potential"]
-        frames = round(case.time.end / case.output.every) + 1
-        assert {name: file[name].shape for name in file} == {
-            "points": (nodes, dim),
-            "cells": (results["cells"], dim + 1),
-            "time": (frames,),
-            "potential": (frames, nodes),
-            "recovery": (frames, nodes),
-            "displacement": (frames, nodes, dim),
-            "stress_trace": (frames, nodes),
-            "activation_time": (nodes,),
-        }
-        np.testing.assert_allclose(file["time"], np.linspace(0, case.time.end, frames), rtol=1e-9)
-        edges = file["points"][:][file["cells"][:]]
-        volume = np.abs(np.linalg.det(edges[:, 1:] - edges[:, :1])) / dim
-        # The whole body, once: of the ellipse, the distortion (0.5 %) and the polygon (1.1 %) take 1.6 %.
-        assert volume.sum() == pytest.approx(20.0 if dim == 1 else 0.984 * np.pi * 20 * 24 / 4, rel=1e-3)
-        start = np.where(np.linalg.norm(file["points"][:] - case.initial.center, axis=1) <= 5.0, 0.9, 0.0)
-        np.testing.assert_allclose(file["potential"][0], start, rtol=1e-7)
+    with np.load(folder / "snapshots" / "mesh.npz", allow_pickle=False) as mesh:
+        points, cells = mesh["points"], mesh["cells"]
+    nodes, dim = points.shape
+    assert (nodes, cells.shape) == (results["unknowns"]["potential"], (results["cells"], dim + 1))
+    frames = round(case.time.end / case.output.every) + 1
+    numbers = np.linspace(0, results["steps"], frames).round().astype(int)
+    names = {"mesh.npz", "activation.npz", *(f"frame-{number:09d}.npz" for number in numbers)}
+    assert {path.name for path in (folder / "snapshots").iterdir()} == names
+    for number in numbers:
+        with np.load(folder / "snapshots" / f"frame-{number:09d}.npz", allow_pickle=False) as frame:
+            shapes = {name: (frame[name].dtype, frame[name].shape) for name in frame}
+            assert frame["time"] == pytest.approx(number * results["step"], rel=1e-12)
+        scalars = dict.fromkeys(("potential", "recovery", "stress_trace"), (np.float64, (nodes,)))
+        expected = {**scalars, "displacement": (np.float64, (nodes, dim)), "time": (np.float64, ())}
+        assert shapes == expected
+    edges = points[cells]
+    volume = np.abs(np.linalg.det(edges[:, 1:] - edges[:, :1])) / dim
+    # The whole body, once: of the ellipse, the distortion (0.5 %) and the polygon (1.1 %) take 1.6 %.
+    assert volume.sum() == pytest.approx(20.0 if dim == 1 else 0.984 * np.pi * 20 * 24 / 4, rel=1e-3)
+    start = np.where(np.linalg.norm(points - case.initial.center, axis=1) <= 5.0, 0.9, 0.0)
+    np.testing.assert_array_equal(Snapshots(folder).field("potential", 0), start)
+
+
+def test_vtx_holds_every_frame(run):
+    """interface.md: fields.bp is VTX, "fields over time": every time and every value of the snapshots."""
+    _, folder, _ = run
+    check_vtx(folder)
 
 
 def test_figures_are_drawn(run):
@@ -176,12 +178,12 @@ def test_chosen_fields(tmp_path):
     """interface.md, [output] fields: what is not chosen is not written; none at all is allowed too."""
     chosen = Case.from_dict(changed(LINE, {"output.fields": ["potential"]}))
     run_case(chosen, tmp_path / "one", comm=ALONE)
-    with h5py.File(tmp_path / "one" / "snapshots.h5") as file:
-        assert set(file) == {"points", "cells", "time", "potential", "activation_time"}
+    assert Snapshots(tmp_path / "one").names == {"potential"}
     none = Case.from_dict(changed(LINE, {"output.fields": [], "probes": {}}))
     results = run_case(none, tmp_path / "none", comm=ALONE)
     assert results["completed"]
-    assert {path.name for path in (tmp_path / "none").iterdir()} <= {"case.toml", "results.json", "figures"}
+    expected = {"case.toml", "results.json", "run.log", "checkpoint"}
+    assert {path.name for path in (tmp_path / "none").iterdir()} == expected
 
 
 def test_a_few_lines_of_python(tmp_path, monkeypatch):
@@ -240,9 +242,13 @@ def check_remains(folder):
     _, rows = read_probes(folder)
     np.testing.assert_allclose(rows[:, 0], np.arange(7) * 1e-3, atol=1e-12)
     assert np.isfinite(rows).all()
-    with h5py.File(folder / "snapshots.h5") as file:
-        np.testing.assert_allclose(file["time"], [0.0, 0.002, 0.004, 0.006], atol=1e-12)
-        assert all(np.isfinite(file[name]).all() for name in ("potential", "displacement", "stress_trace"))
+    left = Snapshots(folder)
+    np.testing.assert_allclose(left.times, [0.0, 0.002, 0.004, 0.006], atol=1e-12)
+    frames = [left.field(name, i) for name in sorted(left.names) for i in range(4)]
+    assert all(np.isfinite(values).all() for values in frames)
+    assert {"potential", "displacement", "stress_trace"} <= left.names
+    assert left.activation() is None
+    assert (folder / "fields.bp").is_dir()
 
 
 def test_failure_leaves_what_was_computed(tmp_path):

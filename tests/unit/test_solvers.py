@@ -11,7 +11,8 @@ from myostrain.activation import Proportional
 from myostrain.engine import MPI, PETSc, compile_form, fem
 from myostrain.kinematics import Line, PlaneStrain, PlaneStress
 from myostrain.materials import NeoHookean, Spring
-from myostrain.solvers import ChordNewton, make_ksp
+from myostrain.newton import ChordNewton
+from myostrain.solvers import make_ksp
 
 import numpy as np
 import pytest

@@ -1,15 +1,23 @@
-"""Fields over time: VTX for ParaView, and one HDF5 file that the figures are drawn from."""
+"""Fields over time: snapshots while the run goes on, and VTX for ParaView of them at its end."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import errno
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from myostrain.engine import fem, lasting
+from myostrain.errors import InputError
+from myostrain.ordering import Ordering
+from myostrain.output.folder import discard, on_first, part_of
+from myostrain.output.snapshots import VECTORS, Snapshots, SnapshotWriter
 
 import dolfinx.io
-import h5py
 import numpy as np
 import numpy.typing as npt
 
@@ -22,7 +30,7 @@ FieldName = Literal["potential", "states", "displacement", "stress_trace"]
 
 
 class FieldWriter:
-    """Writes chosen fields at the times when :meth:`write` is called.
+    """Writes chosen fields at the times when :meth:`write` is called; all methods are collective.
 
     Args:
         model: The coupled problem.
@@ -31,9 +39,8 @@ class FieldWriter:
     """
 
     def __init__(self, model: Electromechanics, folder: Path, names: Sequence[FieldName]) -> None:
-        self._model = model
-        space = model.potential.v.function_space
-        self._comm = lasting(space.mesh.comm)
+        self._model, self._folder = model, folder
+        self._space = space = model.potential.v.function_space
         wanted: dict[str, fem.Function] = {}
         if "potential" in names:
             wanted["potential"] = model.potential.v
@@ -46,84 +53,125 @@ class FieldWriter:
             if "stress_trace" in names:
                 self._trace = wanted["stress_trace"] = fem.Function(space, name="stress_trace")
         self._fields = wanted
-        self._vtx = None
-        if dolfinx.io.has_adios2 and wanted:
-            self._vtx = dolfinx.io.VTXWriter(self._comm, folder / "fields.bp", list(wanted.values()))
-        self._file = _Snapshots(folder / "snapshots.h5", space, list(wanted)) if wanted else None
+        self._vectors = wanted["displacement"].function_space if "displacement" in wanted else None
+        self._snapshots = SnapshotWriter(folder, space, self._vectors) if wanted else None
 
-    def write(self, time: float) -> None:
-        """Write the present fields."""
+    def write(self, step: int, time: float) -> None:
+        """Write the present fields, after so many steps.
+
+        Raises:
+            ComputationError: They cannot be written.
+        """
+        if self._snapshots is None:
+            return
         mechanics = self._model.mechanics
         if mechanics is not None:
             mechanics.displacement()
             if self._trace is not None:
                 self._trace.x.array[:] = mechanics.stress_trace()
-        if self._vtx is not None:
-            self._vtx.write(time)
-        if self._file is not None:
-            self._file.append(time, {name: f.x.array for name, f in self._fields.items()})
+        self._snapshots.write(step, time, {name: f.x.array for name, f in self._fields.items()})
+
+    def truncate(self, step: int) -> None:
+        """Remove what an earlier run wrote after a step, to go on from there."""
+        if self._snapshots is not None:
+            self._snapshots.truncate(step)
 
     def close(self, activation_times: Array | None = None) -> None:
-        """Close the files; the nodes' activation times, NaN for none, go beside the frames."""
-        if self._vtx is not None:
-            self._vtx.close()
-        if self._file is not None:
-            self._file.close(activation_times)
+        """Make ``fields.bp`` of the snapshots.
+
+        Args:
+            activation_times: The nodes' activation times (local values, NaN for never) if the run reached its
+                end. None if it did not: then nothing is raised, so that the reason why is not hidden.
+
+        Raises:
+            ComputationError: Something cannot be written.
+        """
+        if self._snapshots is None:
+            return
+        if activation_times is not None:
+            self._snapshots.finish(activation_times)
+            write_vtx(self._folder, self._space, self._vectors)
+        else:
+            with suppress(InputError, RuntimeError):
+                write_vtx(self._folder, self._space, self._vectors)
 
 
-class _Snapshots:
-    """One HDF5 file on the first process: mesh, and a frame of every field a time, in single precision."""
+def write_vtx(folder: Path, space: fem.FunctionSpace, vectors: fem.FunctionSpace | None = None) -> None:
+    """Write ``folder/fields.bp`` of the snapshots in ``folder``, if there are any (collective).
 
-    def __init__(self, path: Path, space: fem.FunctionSpace, names: Sequence[str]) -> None:
-        mesh = space.mesh
-        self._comm, self._map = lasting(mesh.comm), space.dofmap.index_map
-        dim, owned = mesh.geometry.dim, self._map.size_local
-        cells = mesh.topology.index_map(mesh.topology.dim).size_local
-        corners = self._map.local_to_global(space.dofmap.list[:cells].reshape(-1).astype(np.int32))
-        points = self._gather(space.tabulate_dof_coordinates()[:owned, :dim])
-        connectivity = self._gather(corners.reshape(-1, mesh.topology.dim + 1))
-        self._file = None
-        if self._comm.rank == 0:
-            self._file = h5py.File(path, "w")
-            self._file["points"], self._file["cells"] = points, connectivity
-            self._file.create_dataset("time", (0,), maxshape=(None,), dtype="f8")
-            self._names = list(names)
+    It replaces an earlier one when it is complete. There must be room for it beforehand, because ADIOS2 ends
+    the process when the disk is full.
 
-    def _gather(self, local: Any) -> Any:
-        parts = self._comm.gather(local, root=0)
-        return np.concatenate(parts) if parts is not None else None
+    Args:
+        folder: The result folder.
+        space: Space of the scalar fields, P1.
+        vectors: Space of the displacement, P1 with a block; None to leave it out.
 
-    def append(self, time: float, values: dict[str, Array]) -> None:
-        owned = self._map.size_local
-        for name, array in values.items():
-            block = len(array) // (owned + self._map.num_ghosts)
-            whole = self._gather(
-                array[: owned * block].reshape(owned, block)
-                if block > 1 or name == "displacement"
-                else array[:owned]
-            )
-            if self._file is not None:
-                if name not in self._file:
-                    self._file.create_dataset(
-                        name,
-                        (0, *whole.shape),
-                        maxshape=(None, *whole.shape),
-                        chunks=(1, *whole.shape),
-                        dtype="f4",
-                    )
-                _grow(self._file[name], whole)
-        if self._file is not None:
-            _grow(self._file["time"], time)
-            self._file.flush()
+    Raises:
+        ComputationError: It cannot be written.
+        InputError: A snapshot cannot be read.
+    """
+    if not dolfinx.io.has_adios2:
+        return
+    comm, opened = lasting(space.mesh.comm), cache(Snapshots)
+    path, part = folder / "fields.bp", part_of(folder / "fields.bp")
+    names, times = _from_first(comm, lambda: (opened(folder).names, opened(folder).times))
+    spaces = {name: vectors if name in VECTORS else space for name in names}
+    fields = {name: fem.Function(s, name=name) for name, s in sorted(spaces.items()) if s is not None}
+    if not len(times) or not fields:
+        return
+    orderings = {name: Ordering(f.function_space) for name, f in fields.items() if name in VECTORS}
+    scalar = Ordering(space)
+    needed = len(times) * _frame_bytes(space, list(fields))
 
-    def close(self, activation_times: Array | None) -> None:
-        whole = None if activation_times is None else self._gather(activation_times[: self._map.size_local])
-        if self._file is not None:
-            if whole is not None:
-                self._file["activation_time"] = whole
-            self._file.close()
+    def claim() -> None:
+        if needed > shutil.disk_usage(folder).free:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        discard(part)
+        part.mkdir()
+
+    on_first(comm, claim, path)
+    try:
+        with dolfinx.io.VTXWriter(comm, part, list(fields.values())) as vtx:
+            for frame, time in enumerate(times):
+                for name, function in fields.items():
+                    whole = _from_first(comm, partial(_field, opened, folder, name, frame))
+                    function.x.array[:] = orderings.get(name, scalar).take(whole.reshape(-1))
+                vtx.write(time)
+        comm.Barrier()
+        on_first(comm, partial(_replace, part, path), path)
+    finally:
+        if comm.rank == 0:
+            discard(part)
 
 
-def _grow(dataset: Any, value: Any) -> None:
-    dataset.resize(len(dataset) + 1, axis=0)
-    dataset[-1] = value
+def _field(opened: Callable[[Path], Snapshots], folder: Path, name: str, frame: int) -> Array:
+    return opened(folder).field(name, frame)
+
+
+def _replace(part: Path, path: Path) -> None:
+    discard(path)
+    part.rename(path)
+
+
+def _frame_bytes(space: fem.FunctionSpace, names: Sequence[str]) -> float:
+    """About what one time takes in a VTX file: mesh and fields, vectors with three components, some more."""
+    topology = space.mesh.topology
+    nodes, cells = space.dofmap.index_map.size_global, topology.index_map(topology.dim).size_global
+    values = sum(3 if name in VECTORS else 1 for name in names)
+    # A node has coordinates and a number, a cell its corners and how many they are.
+    return 1.2 * 8 * (nodes * (values + 4) + cells * (topology.dim + 2))
+
+
+def _from_first(comm: Any, read: Callable[[], Any]) -> Any:
+    """What the first process reads, on all processes; if it cannot, all raise the same."""
+    outcome = None
+    if comm.rank == 0:
+        try:
+            outcome = read()
+        except InputError as error:
+            outcome = error
+    outcome = comm.bcast(outcome, root=0)
+    if isinstance(outcome, InputError):
+        raise outcome
+    return outcome

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from pathlib import Path
 
-from myostrain.output.figures_data import Recording, recording
+from myostrain.output.figures_data import Recording
 from myostrain.output.figures_line import draw_line
 from myostrain.output.figures_sheet import draw_sheet
 from myostrain.output.figures_style import COLOURS, GREY, SEQUENTIAL, new_figure, plain, save, style, writing
@@ -32,12 +31,11 @@ def draw(folder: Path) -> list[Path]:
             written into it.
     """
     folder = Path(folder)
-    with ExitStack() as stack:
-        run = stack.enter_context(recording(folder))
-        rigid = folder / "rigid"
-        twin = stack.enter_context(recording(rigid)) if (rigid / "snapshots.h5").is_file() else None
-        figures = folder / "figures"
-        stack.enter_context(style())
+    run = Recording(folder)
+    rigid = folder / "rigid"
+    twin = Recording(rigid) if (rigid / "snapshots" / "mesh.npz").is_file() else None
+    figures = folder / "figures"
+    with style():
         with writing(figures):
             figures.mkdir(exist_ok=True)
         written = []

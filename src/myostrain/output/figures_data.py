@@ -5,14 +5,12 @@ from __future__ import annotations
 import csv
 import json
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
+from myostrain.output.snapshots import Snapshots
 
-import h5py
 import numpy as np
 import numpy.typing as npt
 
@@ -20,33 +18,26 @@ Array = npt.NDArray[np.float64]
 
 
 class Recording:
-    """A result folder, open for reading; fields are read frame by frame.
+    """A result folder, read back; fields are read frame by frame.
 
     Args:
         folder: The result folder.
-        file: Its ``snapshots.h5``.
 
     Attributes:
         points: Material coordinates of the nodes, (n, dim).
         cells: Node numbers of the cells, (m, dim + 1).
-        time: Times of the frames whose every field is there, (frames,).
+        time: Times of the frames, (frames,).
         case: ``case.toml``, empty if there is none.
         results: ``results.json``, empty if there is none, as after a failed run.
+
+    Raises:
+        InputError: It holds no snapshots, or a file in it cannot be read.
     """
 
-    def __init__(self, folder: Path, file: Any) -> None:
-        self.folder, self._file = folder, file
-        try:
-            self.points: Array = np.asarray(file["points"], dtype=float)
-            self.cells: npt.NDArray[np.int64] = np.asarray(file["cells"], dtype=np.int64)
-            time: Array = np.asarray(file["time"], dtype=float)
-        except KeyError as error:
-            raise InputError(
-                f"{file.filename} holds no points, cells and time, so no run wrote it; run the case again"
-            ) from error
-        self._fields = {name for name in file if name not in ("points", "cells", "time", "activation_time")}
-        # A run that was cut off while writing may lack some fields of its last frame.
-        self.time = time[: min([len(time), *(len(file[name]) for name in self._fields)])]
+    def __init__(self, folder: Path) -> None:
+        self.folder, self._snapshots = folder, Snapshots(folder)
+        self.points, self.cells = self._snapshots.points, self._snapshots.cells
+        self.time = self._snapshots.times
         self.case: dict[str, Any] = _parsed(folder / "case.toml", tomllib.loads)
         self.results: dict[str, Any] = _parsed(folder / "results.json", json.loads)
 
@@ -81,15 +72,15 @@ class Recording:
 
     def has(self, *names: str) -> bool:
         """Whether there are frames, with all these fields."""
-        return len(self.time) > 0 and self._fields.issuperset(names)
+        return len(self.time) > 0 and self._snapshots.names.issuperset(names)
 
     def field(self, name: str, frame: int = -1) -> Array:
         """Nodal values (n,) or (n, dim) of a field at one frame, by default the last."""
-        return np.asarray(self._file[name][range(len(self.time))[frame]], dtype=float)
+        return self._snapshots.field(name, frame)
 
     def history(self, name: str) -> Array:
         """Nodal values (frames, n) or (frames, n, dim) of a field at all frames."""
-        return np.asarray(self._file[name][: len(self.time)], dtype=float)
+        return np.stack([self._snapshots.field(name, frame) for frame in range(len(self.time))])
 
     def deformed(self, frame: int = -1) -> Array:
         """Spatial coordinates x = X + u of the nodes, (n, dim); X itself where nothing deforms."""
@@ -100,10 +91,8 @@ class Recording:
 
         Nodes at which the initial potential is 0.5 or more are active from the first frame on.
         """
-        if "activation_time" not in self._file:
-            return None
-        times = np.array(self._file["activation_time"], dtype=float)
-        if self.has("potential"):
+        times = self._snapshots.activation()
+        if times is not None and self.has("potential"):
             times[self.field("potential", 0) >= 0.5] = self.time[0]
         return times
 
@@ -125,34 +114,6 @@ class Recording:
             ) from error
         wanted = f".{quantity}"
         return times, {name.removesuffix(wanted): c for name, c in columns.items() if name.endswith(wanted)}
-
-
-@contextmanager
-def recording(folder: Path) -> Iterator[Recording]:
-    """Open a result folder.
-
-    Args:
-        folder: The result folder.
-
-    Raises:
-        InputError: It holds no snapshots, or a file in it cannot be read.
-    """
-    path = folder / "snapshots.h5"
-    if not path.is_file():
-        where = "is no folder" if not folder.is_dir() else "holds no snapshots.h5"
-        raise InputError(
-            f"{folder} {where}, so there is nothing to draw; name the result folder of a run (--out), "
-            "one that wrote fields (output.fields not empty)"
-        )
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise InputError(
-            f"{path} cannot be read: the run still writes it or was killed while it did; wait for its end, "
-            f"or run the case again ({error})"
-        ) from error
-    with file:
-        yield Recording(folder, file)
 
 
 def _parsed(path: Path, parse: Any) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError
 from myostrain.geometry.body import extent
 from myostrain.output.metrics import crossing_time
+from myostrain.state import FieldState, State
 
 import numpy as np
 import numpy.typing as npt
@@ -100,6 +101,23 @@ class ActivationTimes:
         self._before = potential.x.array.copy()
         self.nodes = np.full(self._before.shape, np.nan)
         self._at_probes = np.full(len(probes._mine), np.nan)
+
+    def start(self) -> None:
+        """Begin with the present potential."""
+        self._before[:] = self._v.x.array
+
+    def state(self) -> State:
+        """The times found so far."""
+        return {
+            "nodes": FieldState(self._v.function_space, self.nodes.copy()),
+            "probes": self._probes.gather(self._at_probes).tolist(),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state, with the present potential as that before the next step."""
+        self.start()
+        self.nodes[:] = state["nodes"].values
+        self._at_probes[:] = np.asarray(state["probes"], dtype=float)[self._probes._mine]
 
     def observe(self, start: float, end: float) -> None:
         """Look at the potential after a step from ``start`` to ``end``."""

@@ -1,0 +1,84 @@
+"""An order of the degrees of freedom that does not depend on how the mesh is spread over processes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from myostrain.engine import fem, lasting
+
+import basix
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Numbers = npt.NDArray[np.int64]
+
+
+class Ordering:
+    """Canonical numbers of a Lagrange space's degrees of freedom, by the nodes of the mesh as it was given.
+
+    A degree of freedom belongs to a vertex or an edge; vertices come first, in the order of the mesh's nodes,
+    then edges by their two nodes. The parts of a mixed space follow each other.
+
+    Args:
+        space: A scalar, vector-valued or mixed Lagrange space of degree 1 or 2 on straight simplices.
+
+    Attributes:
+        size: Global number of degrees of freedom, blocks counted out.
+        positions: Canonical number of each local degree of freedom (owned and ghost, blocks counted out).
+    """
+
+    def __init__(self, space: fem.FunctionSpace) -> None:
+        self._comm = lasting(space.mesh.comm)
+        index_map, block = space.dofmap.index_map, space.dofmap.index_map_bs
+        self._owned = index_map.size_local * block
+        self.size = int(index_map.size_global * block)
+        local = (index_map.size_local + index_map.num_ghosts) * block
+        self.positions: Numbers = np.full(local, -1, dtype=np.int64)
+        offset = 0
+        for part, dofs in _parts(space):
+            numbers = _scalar_positions(part)
+            block = part.dofmap.index_map_bs
+            unrolled = (numbers[:, None] * block + np.arange(block)).reshape(-1)
+            self.positions[slice(None) if dofs is None else dofs] = offset + unrolled
+            offset += int(part.dofmap.index_map.size_global * block)
+
+    def gather(self, local: Array) -> Array | None:
+        """The whole array in canonical order on the first process, None elsewhere (collective)."""
+        mine = self.positions[: self._owned], local[: self._owned]
+        parts = [mine] if self._comm.size == 1 else self._comm.gather(mine, root=0)
+        if parts is None:
+            return None
+        whole = np.empty(self.size)
+        for positions, values in parts:
+            whole[positions] = values
+        return whole
+
+    def take(self, whole: Array) -> Array:
+        """This process's local values, ghosts included, of a whole array that every process has."""
+        return whole[self.positions]
+
+
+def _parts(space: fem.FunctionSpace) -> list[tuple[Any, Any]]:
+    """The space itself, or the parts of a mixed one with their degrees of freedom in it."""
+    if space.num_sub_spaces == 0 or space.dofmap.index_map_bs > 1:
+        return [(space, None)]
+    return [space.sub(i).collapse() for i in range(space.num_sub_spaces)]
+
+
+def _scalar_positions(space: fem.FunctionSpace) -> Numbers:
+    """Canonical number of each local node of a space, blocks not counted out."""
+    mesh, dofmap = space.mesh, space.dofmap
+    comm = lasting(mesh.comm)
+    nodes = np.asarray(mesh.geometry.input_global_indices, dtype=np.int64)[mesh.geometry.dofmaps[0]]
+    base = max(comm.allgather(int(nodes.max(initial=0)))) + 1
+    keys = np.full(dofmap.index_map.size_local + dofmap.index_map.num_ghosts, -1, dtype=np.int64)
+    entities = basix.topology(getattr(basix.CellType, mesh.topology.cell_type.name))
+    for dim, kind in enumerate(entities):
+        for number, corners in enumerate(kind):
+            for dof in dofmap.dof_layout.entity_dofs(dim, number):
+                ends = nodes[:, corners]
+                key = (dim > 0) * base**2 + ends.min(axis=1) * base + ends.max(axis=1)
+                keys[dofmap.list[:, dof]] = key
+    parts = comm.allgather(keys[: dofmap.index_map.size_local])
+    return np.searchsorted(np.sort(np.concatenate(parts)), keys)

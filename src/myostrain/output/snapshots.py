@@ -1,0 +1,173 @@
+"""Frames of a run's nodal fields: a folder of files, each there whole or not at all."""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from myostrain.engine import fem, lasting
+from myostrain.errors import InputError
+from myostrain.ordering import Ordering
+from myostrain.output.folder import on_first, write_atomically
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+FRAME = re.compile(r"frame-(\d+)\.npz")
+
+#: Fields with a component for each dimension; all others are scalar.
+VECTORS = ("displacement",)
+
+
+def frame_paths(folder: Path) -> dict[int, Path]:
+    """Files of the frames in ``folder/snapshots`` by number of the step, in order."""
+    found = ((FRAME.fullmatch(path.name), path) for path in (folder / "snapshots").glob("frame-*.npz"))
+    return dict(sorted((int(name[1]), path) for name, path in found if name is not None))
+
+
+class SnapshotWriter:
+    """Writes ``folder/snapshots``: the mesh now, then a frame of the fields a time.
+
+    Nodes are numbered as :class:`~myostrain.ordering.Ordering` does, whatever process has them. All methods
+    are collective and raise :class:`~myostrain.errors.ComputationError` on every process if the first one
+    cannot write.
+
+    Args:
+        folder: The result folder.
+        space: Space of the scalar fields, P1.
+        vectors: Space of the vector fields, P1 with a block; None if there are none.
+    """
+
+    def __init__(self, folder: Path, space: fem.FunctionSpace, vectors: fem.FunctionSpace | None) -> None:
+        mesh = space.mesh
+        self._folder, self._dim, self._comm = folder, mesh.geometry.dim, lasting(mesh.comm)
+        self._nodes = Ordering(space)
+        self._vectors = None if vectors is None else Ordering(vectors)
+        corners = mesh.geometry.dofmaps[0][:, : mesh.topology.dim + 1]
+        X = np.empty((len(self._nodes.positions), self._dim))
+        X[space.dofmap.list] = mesh.geometry.x[corners, : self._dim]  # as they were given, to the last digit
+        columns = [self._nodes.gather(X[:, i]) for i in range(self._dim)]
+        own = mesh.topology.index_map(mesh.topology.dim).size_local
+        parts = self._comm.gather(self._nodes.positions[space.dofmap.list[:own]], root=0)
+        arrays = {}
+        if parts is not None:
+            cells = np.concatenate(parts)
+            by_nodes = np.lexsort(np.sort(cells, axis=1).T[::-1])
+            arrays = {"points": np.column_stack(columns), "cells": cells[by_nodes]}  # type: ignore[arg-type]
+        self._save("mesh.npz", arrays)
+
+    def write(self, step: int, time: float, values: Mapping[str, Array]) -> None:
+        """Write a frame.
+
+        Args:
+            step: Number of the step.
+            time: Simulated time.
+            values: Local values (owned and ghost) by name of the field.
+        """
+        arrays: dict[str, Any] = {"time": time}
+        for name, local in values.items():
+            ordering = self._vectors if name in VECTORS else self._nodes
+            assert ordering is not None, f"no space of {name} was given"
+            whole = ordering.gather(local)
+            if whole is not None:
+                arrays[name] = whole.reshape(-1, self._dim) if name in VECTORS else whole
+        self._save(f"frame-{step:09d}.npz", arrays)
+
+    def truncate(self, step: int) -> None:
+        """Remove what was written after a step: later frames, activation times, leavings of a killed run."""
+        folder = self._folder / "snapshots"
+
+        def remove() -> None:
+            late = [path for number, path in frame_paths(self._folder).items() if number > step]
+            for path in (*late, *folder.glob(".*.part"), folder / "activation.npz"):
+                path.unlink(missing_ok=True)
+
+        on_first(self._comm, remove, folder)
+
+    def finish(self, activation_times: Array) -> None:
+        """Write the nodes' activation times (local values, NaN for never), at the end of a run."""
+        self._save("activation.npz", {"activation_time": self._nodes.gather(activation_times)})
+
+    def _save(self, name: str, arrays: dict[str, Any]) -> None:
+        path = self._folder / "snapshots" / name
+
+        def save() -> None:
+            if name == "mesh.npz":
+                path.parent.mkdir(exist_ok=True)
+            # In memory first: a zip file that cannot be completed fails in ways of its own.
+            content = io.BytesIO()
+            np.savez(content, **arrays)
+            write_atomically(path, content.getvalue())
+
+        on_first(self._comm, save, path)
+
+
+class Snapshots:
+    """Reads ``folder/snapshots``, also while the run goes on.
+
+    Args:
+        folder: The result folder.
+
+    Attributes:
+        points: Material coordinates of the nodes, (n, dim).
+        cells: Node numbers of the cells, (m, dim + 1).
+        times: Times of the frames, (frames,).
+        names: Fields that every frame has; empty without a frame.
+
+    Raises:
+        InputError: There is no mesh, or a file is damaged; it is named.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder / "snapshots"
+        if not (self._folder / "mesh.npz").is_file():
+            where = "is no folder" if not folder.is_dir() else "holds no snapshots (snapshots/mesh.npz)"
+            raise InputError(
+                f"{folder} {where}, so there is nothing to draw; name the result folder of a run (--out), "
+                "one that wrote fields (output.fields not empty)"
+            )
+        with _opened(self._folder / "mesh.npz") as mesh:
+            self.points: Array = np.asarray(mesh["points"], dtype=float)
+            self.cells: npt.NDArray[np.int64] = np.asarray(mesh["cells"], dtype=np.int64)
+        self._paths = list(frame_paths(folder).values())
+        times, names = [], []
+        for path in self._paths:
+            with _opened(path) as frame:
+                times.append(float(frame["time"]))
+                names.append({name for name in frame.files if name != "time"})
+        self.times: Array = np.array(times)
+        self.names: frozenset[str] = frozenset(set.intersection(*names) if names else ())
+
+    def field(self, name: str, frame: int = -1) -> Array:
+        """Nodal values (n,) or (n, dim) of a field at one frame, by default the last."""
+        with _opened(self._paths[frame]) as data:
+            return np.asarray(data[name], dtype=float)
+
+    def activation(self) -> Array | None:
+        """Activation times (n,) of the nodes, NaN for never; None if the run did not reach its end."""
+        path = self._folder / "activation.npz"
+        if not path.exists():
+            return None
+        with _opened(path) as data:
+            return np.array(data["activation_time"], dtype=float)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """A file of arrays, open for reading; whatever is wrong with it is an :class:`InputError`."""
+    damage = (OSError, ValueError, TypeError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile)
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            yield arrays
+    except damage as error:
+        then = "remove it to go without this frame" if FRAME.fullmatch(path.name) else "run the case again"
+        raise InputError(
+            f"{path} cannot be read, it is damaged or no run wrote it ({error}); {then}"
+        ) from error

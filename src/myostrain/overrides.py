@@ -1,0 +1,56 @@
+"""Changes of single keys from the command line: ``KEY=VALUE``."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from typing import Any
+
+from myostrain.errors import InputError
+
+#: Tables in tables that a case may have at most; a deeper key is a mistake.
+DEPTH = 8
+
+
+def override(data: dict[str, Any], assignments: Sequence[str]) -> None:
+    """Apply ``KEY=VALUE`` to nested dictionaries, one after the other.
+
+    Args:
+        data: The case; changed in place.
+        assignments: Dotted keys, and values in TOML syntax; a bare word is a text.
+
+    Raises:
+        InputError: An assignment is of another form.
+    """
+    for assignment in assignments:
+        _assign(data, assignment)
+
+
+def _assign(data: dict[str, Any], assignment: str) -> None:
+    if not assignment.isprintable():
+        raise InputError(f"{assignment!r} holds characters that cannot be printed", "--set")
+    key, equals, text = assignment.partition("=")
+    path = [part.strip() for part in key.split(".")]
+    if not equals or not all(path) or len(path) > DEPTH:
+        raise InputError(f"'{assignment}' is not of the form KEY=VALUE, such as cell.alpha=0.13", "--set")
+    at = data
+    for part in path[:-1]:
+        at = at.setdefault(part, {})
+        if not isinstance(at, dict):
+            raise InputError(f"'{part}' is a value, not a section", f"--set {key}")
+    at[path[-1]] = _value(key, text)
+
+
+def _value(key: str, text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):  # ValueError: of TOML, and of integers that are too long
+        # A shell takes the quotes away: a bare word, a number of a version or a path is a text.
+        word = text.strip()
+        if not word or not all(letter.isalnum() or letter in "-_./~+" for letter in word):
+            raise InputError(
+                f"'{text}' is no value in TOML syntax (a text with spaces needs quotes of its own: "
+                f"--set '{key.strip()}=\"a text\"')",
+                f"--set {key}",
+            ) from None
+        return word

@@ -1,0 +1,102 @@
+"""``--set`` with texts and paths; what is data stays data; plain words for wrong types."""
+
+from pathlib import Path
+
+from myostrain import Case, InputError
+
+import pytest
+
+from small_cases import LINE, SHEET, changed, write_case
+
+FILE = changed(SHEET, {"geometry": {"kind": "file", "path": "in_file.msh"}})
+
+
+@pytest.mark.parametrize(
+    "given, found",
+    [
+        ([], "cases/in_file.msh"),
+        (["geometry.path=mesh.msh"], "here/mesh.msh"),
+        (["geometry.path='mesh.msh'"], "here/mesh.msh"),
+        (["geometry.path=../other/my-mesh_2.msh"], "other/my-mesh_2.msh"),
+        (['geometry={kind="file", path="mesh.msh"}'], "here/mesh.msh"),
+        (["geometry.path=/tmp/mesh.msh"], "/tmp/mesh.msh"),
+    ],
+)
+def test_a_path_is_relative_to_where_it_is_said(tmp_path, monkeypatch, given, found):
+    """Requirements, "Input": in a case file, relative to that; on the command line, to the current folder."""
+    for name in ("cases", "here", "other"):
+        (tmp_path / name).mkdir()
+    file = write_case(tmp_path / "cases" / "case.toml", FILE)
+    monkeypatch.chdir(tmp_path / "here")
+    for path in (file, Path("../cases/case.toml")):
+        case = Case.from_file(path, given)
+        assert case.geometry.path == (tmp_path / found).resolve()
+        assert case.parameters["geometry"]["path"] == str((tmp_path / found).resolve())
+
+
+@pytest.mark.parametrize("text", ["a.b", "1.2.3", "v1.0", "./x/y.msh", "~/x", "é"])
+def test_a_bare_word_is_a_text(tmp_path, text):
+    """A shell takes the quotes away."""
+    assert Case.from_file(write_case(tmp_path / "case.toml", LINE), [f"title={text}"]).title == text
+
+
+@pytest.mark.parametrize(
+    "assignment",
+    ["title=a b", "title=a\nb", "title=\udcff", "title=[1", "a.b.c.d.e.f.g.h.i=1", "title=" + "[" * 5000],
+)
+def test_what_is_no_assignment(tmp_path, assignment):
+    """interface.md: exit status 2, that is InputError, of --set."""
+    with pytest.raises(InputError, match=r"^--set.*") as caught:
+        Case.from_file(write_case(tmp_path / "case.toml", LINE), [assignment])
+    str(caught.value).encode()
+
+
+@pytest.mark.parametrize(
+    "changes, key, words",
+    [
+        ({"initial.center": 3.0}, "initial.center", "give a list of numbers, such as [1.0, -1.0], not 3.0"),
+        (
+            {"mechanics.fixed": "left"},
+            "mechanics.fixed",
+            "give a list of texts, such as [\"left\"], not 'left'",
+        ),
+        ({"output.fields": "potential"}, "output.fields", "give a list of texts"),
+        ({"potential.diffusivity": [1.0, 2.0, 3.0]}, "potential.diffusivity", "give a shorter list"),
+        ({"cell.alpha": "0.1"}, "cell.alpha", "give a number, not '0.1'"),
+        ({"cell.recovery": 1}, "cell.recovery", "give a boolean, true or false, not 1"),
+        ({"mechanics.every": 1.5}, "mechanics.every", "give an integer, not 1.5"),
+        ({"mechanics.imposed_stretch": 1.0}, "mechanics.imposed_stretch", "give a table"),
+        ({"mechanics.fixed": [3]}, "mechanics.fixed.0", "give a text, not 3"),
+        ({"cell.alpha": [0] * 1000}, "cell.alpha", "..."),
+        ({"name": "../elsewhere"}, "name", "give a short word"),
+        ({"name": ""}, "name", "give a short word"),
+    ],
+)
+def test_plain_words(changes, key, words):
+    """A message says what to give, in the words of a case file, and is short."""
+    with pytest.raises(InputError) as caught:
+        Case.from_dict(changed(LINE, changes))
+    message = str(caught.value)
+    assert message.startswith(f"{key}: ")
+    assert words in message
+    assert "input should" not in message
+    assert len(message) < 300
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        {"pc_type": "python", "pc_python_type": "os.path"},
+        {"ksp_type": "python"},
+        {"pc_python_type": "os.path"},
+        {"ksp_view": ":stolen.txt"},
+        {"ksp_view": "binary"},
+        {"ksp_monitor": "ascii:x"},
+        {"ksp_max_it": 10**30},
+        {"ksp type": "cg"},
+    ],
+)
+def test_options_of_petsc_run_no_code_and_write_no_files(option):
+    """Requirements, "Input": case files are data. PETSc would import a class or write files."""
+    with pytest.raises(InputError, match=r"^solver\.potential\."):
+        Case.from_dict(changed(LINE, {"solver.potential": option}))
