@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, nullcontext
 from typing import Any
 
 from myostrain.coupling import Electromechanics
@@ -39,6 +40,27 @@ class Recovery:
         self.model = model
         self.retries: list[dict[str, Any]] = []
 
+    def start(self) -> None:
+        """Find the model's initial configuration, by direct solvers if the chosen ones fail.
+
+        Raises:
+            ComputationError: There is none, or a value is not finite.
+        """
+        try:
+            self.model.start()
+        except ComputationError as error:
+            remedy = "direct solvers with pivoting"
+            record = {"time": 0.0, "reason": error.reason, "remedy": remedy, "helped": False}
+            self.retries.append(record)
+            log.warning("the start failed (%s); trying %s", error.reason, remedy)
+            with self._direct_solvers():
+                try:
+                    self.model.start()
+                except ComputationError:
+                    raise error from None
+            record["helped"] = True
+        check_finite(self.model)
+
     def step(self, end: float) -> None:
         """Advance the model to the time ``end``.
 
@@ -70,16 +92,24 @@ class Recovery:
 
     def _carefully(self, good: State, end: float, pieces: int, fresh: bool, direct: bool) -> None:
         model, start = self.model, good["time"]
-        with ExitStack() as stack:
-            for part in (model.potential, model.mechanics):
-                if part is not None and direct:
-                    stack.enter_context(part.solver.direct_solver())
-                elif part is not None and fresh:
-                    part.solver.forget()
+        if fresh:
+            for part in self._parts():
+                part.solver.forget()
+        with self._direct_solvers() if direct else nullcontext():
             for piece in range(1, pieces + 1):
                 model.step(end if piece == pieces else start + (end - start) * piece / pieces)
                 check_finite(model)
         model.steps = good["steps"] + 1
+
+    def _parts(self) -> list[Any]:
+        return [part for part in (self.model.potential, self.model.mechanics) if part is not None]
+
+    @contextmanager
+    def _direct_solvers(self) -> Iterator[None]:
+        with ExitStack() as stack:
+            for part in self._parts():
+                stack.enter_context(part.solver.direct_solver())
+            yield
 
 
 def check_finite(model: Electromechanics) -> None:

@@ -170,8 +170,7 @@ class Simulation:
         activation = ActivationTimes(model.potential.v, self.probes)
         if saved is None:
             try:
-                model.start()
-                check_finite(model)
+                recovery.start()
             except ComputationError as error:
                 raise self._failed(error, None, {}) from error
             activation.start()
@@ -324,6 +323,7 @@ class Simulation:
                 **vars(model.scheme),
                 "order": model.scheme.order,
             },
+            "tolerances": summary.tolerances(model),
             "metrics": summary.metrics(model, self.probes, activation),
             "probes": {
                 name: {"position": positions[name], "activation_time": activation[name]}

@@ -73,8 +73,8 @@ def estimate(case: Case) -> Size:
     every = case.output.every or case.time.end / 60
     frames = 2 + min(steps, case.time.end / every)
     width = {"potential": 1, "states": states, "displacement": 3, "stress_trace": 1}
-    # Numbers a node in double precision for ParaView and in single precision for the figures.
-    frame = 12 * nodes * sum(width[name] for name in set(case.output.fields))
+    # Numbers a node in double precision, for ParaView and for the figures.
+    frame = 16 * nodes * sum(width[name] for name in set(case.output.fields))
     runs = 2 if case.output.rigid_twin else 1
     return Size(cells, nodes, unknowns, _bytes(kin, nodes), steps, frames, runs * frames * frame)
 

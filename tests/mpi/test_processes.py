@@ -145,12 +145,7 @@ def test_files_do_not_depend_on_the_processes(runs, name):
         (LINE, {"cell.alpah": 0.1}, 2, "'alpha'"),
         (LINE, {"mechanics.fixed": ["lft"]}, 2, "'left'"),
         (SHEET, {"probes.a": [500.0, 0.0]}, 2, "outside"),
-        (
-            SHEET,
-            {"solver.mechanics": {"ksp_type": "cg", "pc_type": "none", "ksp_max_it": 1}},
-            3,
-            "failed at t = 0",
-        ),
+        (LINE, {"mechanics.imposed_stretch": {"value": 0.95, "until": 0.004}}, 3, "failed at t = 0.004"),
     ],
     ids=["key", "boundary", "probe", "solver"],
 )
@@ -159,7 +154,7 @@ def test_one_message_and_no_hanging(tmp_path, case, changes, status, words):
     file = write_case(tmp_path / "case.toml", changed(case, changes))
     done = other_process("run", file, "--out", "out", launcher=TWO, cwd=tmp_path)
     assert done.status == status, done.err
-    assert done.err.count("myostrain: ") == 1
+    assert done.err.count("myostrain: ") == 1 + done.err.count("; trying ")
     assert words in done.err
     assert done.out == ""
     assert (tmp_path / "out").exists() is (status == 3)

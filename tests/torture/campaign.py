@@ -70,10 +70,12 @@ class Campaign:
     ) -> Row:
         """SIGKILL at random moments, some before the run is done; then resumed until it is, and compared."""
         row, reference = self._row("SIGKILL", subject), self.reference(subject)
+        tries = 0
         while row.faults < number:
             out, chain, done = self._new("killed"), 0, False
             while row.faults < number and chain < a_chain and not done:
-                moment = moments[row.faults % len(moments)]
+                moment = moments[tries % len(moments)]
+                tries += 1
                 live = Live(subject.again(out), subject.processes)
                 if live.until(moment, self.rng, reference.startup):
                     one = subject.processes > 1 and self.rng.random() < 0.5

@@ -191,11 +191,12 @@ class Live:
             time.sleep(rng.uniform(0, startup))
             return self.running()
         sign = {"begin": "case.toml", "end": "results.json"}.get(moment)
-        where = "snapshots" if moment == "output" else "checkpoint"
 
         def reached() -> bool:
             if sign is not None:
                 return (self._out / sign).exists()
+            frames = moment == "output" and (self._out / "snapshots").exists()
+            where = "snapshots" if frames else "checkpoint"
             return _state(self._out / where) != self._seen[where]
 
         begin = time.monotonic()

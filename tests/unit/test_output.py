@@ -65,6 +65,10 @@ def test_results_are_those_of_the_interface(run):
     assert all(value >= 0 for value in found["seconds"].values())
     assert {"myostrain", "dolfinx", "petsc", "mpi", "numpy", "python"} <= set(found["versions"])
     assert found["scheme"]["name"] == "SecondOrder"  # "Which one ran is in the results"
+    # "and says in results.json which scheme and tolerances ran"
+    extent = np.linalg.norm(np.ptp(Snapshots(folder).points, axis=0))
+    assert found["tolerances"]["potential"] == 1e-10
+    assert found["tolerances"]["mechanics"] == pytest.approx(case.mechanics.tolerance * extent)
     assert found["parameters"] == json.loads(json.dumps(case.parameters))
     nodes = found["unknowns"]["potential"]
     assert (found["cells"], nodes, found["unknowns"]["states"]) in ((20, 21, 21), (96, 61, 61))

@@ -94,3 +94,11 @@ def unknowns(model: Electromechanics) -> dict[str, int]:
         space = model.mechanics.u.function_space
         counts["mechanics"] = int(space.dofmap.index_map.size_global * space.dofmap.index_map_bs)
     return counts
+
+
+def tolerances(model: Electromechanics) -> dict[str, float]:
+    """At what the solvers stopped: relative residual of the potential, absolute error of the displacement."""
+    found = {"potential": float(model.potential.solver.ksp.getTolerances()[0])}
+    if model.mechanics is not None:
+        found["mechanics"] = model.mechanics.solver.tolerance
+    return found
