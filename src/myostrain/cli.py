@@ -32,6 +32,9 @@ app = typer.Typer(
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 screen = Console(soft_wrap=True, highlight=False, markup=False)
 
+#: Signals that :func:`_terminate` has seen.
+_terminated: list[int] = []
+
 #: Seconds between two lines of progress where there is no terminal.
 QUIET_INTERVAL = 5.0
 
@@ -88,32 +91,54 @@ def run(
     from myostrain.running import run_case
 
     comm = MPI.COMM_WORLD
+    asked = None
+    if case is not None:
+        file = Path(case) if case.endswith(".toml") or "/" in case else cases.path(case)
+        asked = Case.from_file(file, overrides or [])
     if resume:
-        if out is None or overrides or force:
-            raise InputError("goes with --out DIR, and without --set and --force", "--resume")
-        kept = out / "case.toml"
-        if not kept.is_file():
-            raise InputError(f"{out} holds no case.toml, so there is no run to go on with", "--resume")
-        checked = Case.from_file(kept)
-        if case is not None and not case.endswith(".toml") and case != checked.name:
-            raise InputError(f"{out} holds a run of {checked.name}, not of {case}", "--resume")
-    elif case is None:
+        checked, resume = _resumed(asked, out, changed=bool(overrides or force))
+    elif asked is None:
         raise InputError(f"name a case ({', '.join(cases.names())}) or a case file", "CASE")
     else:
-        file = Path(case) if case.endswith(".toml") or "/" in case else cases.path(case)
-        checked = Case.from_file(file, overrides or [])
+        checked = asked
     folder = comm.bcast(out if out is not None else free_name(Path("runs") / checked.name), root=0)
     try:
         with _warnings_shown(comm.rank == 0), ProgressDisplay(comm.rank == 0, bar=not quiet) as display:
             results = run_case(checked, folder, force=force, resume=resume, comm=comm, progress=display.start)
     except Interrupted as stop:
-        again = f"go on with `myostrain run --resume --out {folder}`"
-        if not math.isnan(stop.time):  # between two steps
-            _complain(f"{stop} after a checkpoint; {again}", 128 + stop.number)
-            raise typer.Exit(128 + stop.number) from None
-        raise
+        if math.isnan(stop.time):
+            raise
+        again = f"go on with `myostrain run --resume --out {folder}`"  # it came between two steps
+        _leave(_complain(f"{stop} after a checkpoint; {again}", 128 + stop.number))
     if comm.rank == 0:
         _report(checked, results, folder)
+
+
+def _resumed(asked: Case | None, out: Path | None, *, changed: bool) -> tuple[Case, bool]:
+    """The case to go on with, and whether there is something to go on from.
+
+    The same command with --resume may be given again and again, as batch scripts do: it begins, goes on, or
+    shows the results.
+    """
+    from myostrain.case import Case
+
+    if out is None or (asked is None and changed):
+        raise InputError("goes with --out DIR, and without --set and --force", "--resume")
+    kept = out / "case.toml"
+    if not kept.is_file():
+        if asked is None:
+            raise InputError(f"{out} holds no case.toml, so there is no run to go on with", "--resume")
+        return asked, False
+    case = Case.from_file(kept)
+    if asked is not None and asked.parameters != case.parameters:
+        raise InputError(
+            f"{out} holds a run of another case, or with other values ({case.name}, see {kept}); "
+            "leave CASE and --set out to go on with it, or name another folder",
+            "--resume",
+        )
+    if (out / "results.json").exists() and _first_process():
+        screen.print(f"the run in {out} had ended already")
+    return case, True
 
 
 @app.command()
@@ -234,18 +259,16 @@ def main() -> NoReturn:
     try:
         stopped = app(standalone_mode=False)
         status = stopped if isinstance(stopped, int) else 0
-        if status == 130:
-            _complain("interrupted; what was written so far stays readable", status)
+        if status == 128 + signal.SIGINT:  # typer has turned an exception into this
+            _interrupted()
     except InputError as error:
         status = _complain(str(error), 2)
     except ComputationError as error:
         status = _complain(f"the computation failed {error}", 3)
     except typer.Exit as stop:
         status = stop.exit_code
-    except KeyboardInterrupt as stop:
-        number = stop.number if isinstance(stop, Interrupted) else signal.SIGINT
-        status = _complain("interrupted; what was written so far stays readable", 128 + number)
-        _leave(status, alone=True)
+    except KeyboardInterrupt:
+        _interrupted()
     except Exception as error:  # noqa: BLE001
         status = _usage(error)
     _leave(status)
@@ -253,7 +276,7 @@ def main() -> NoReturn:
 
 def _usage(error: Exception) -> int:
     if type(error).__name__ == "Abort":
-        return _complain("interrupted; what was written so far stays readable", 130)
+        _interrupted()
     if hasattr(error, "show"):  # an option or argument that does not exist
         if _first_process():
             error.show()
@@ -275,7 +298,14 @@ def _first_process() -> bool:
 
 def _terminate(number: int, frame: FrameType | None) -> NoReturn:
     """SIGTERM outside the steps of a run, which handle it themselves."""
+    _terminated.append(number)
     raise Interrupted(number, math.nan)
+
+
+def _interrupted() -> NoReturn:
+    """Exit after a signal that came outside the steps of a run."""
+    status = 128 + (_terminated or [signal.SIGINT])[0]
+    _leave(_complain("interrupted; what was written so far stays readable", status), alone=True)
 
 
 def _leave(status: int, *, alone: bool = False) -> NoReturn:

@@ -49,6 +49,7 @@ def run_case(
     """
     out = Path(out)
     if resume and comm.bcast((out / "results.json").exists() if comm.rank == 0 else None, root=0):
+        _draw(out, comm, wanted=figures and not (out / "figures").exists())
         return load_results(out)
     simulation = case.simulation(comm, out, force, resume)
     try:
@@ -76,12 +77,17 @@ def run_case(
             log_end(results)
     finally:
         simulation.close()
-    if figures and comm.rank == 0 and (out / "snapshots").is_dir():
+    _draw(out, comm, wanted=figures)
+    return results
+
+
+def _draw(out: Path, comm: Any, *, wanted: bool) -> None:
+    """Draw the figures of a run that has ended, on the first process."""
+    if wanted and comm.rank == 0 and (out / "snapshots").is_dir():
         from myostrain.output.figures import draw
 
         draw(out)
     comm.Barrier()
-    return results
 
 
 def compare(metrics: dict[str, Any], rigid: dict[str, Any]) -> dict[str, Any]:

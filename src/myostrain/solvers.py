@@ -210,6 +210,7 @@ class LinearSolver:
         self.ksp.getPC().setReusePreconditioner(False)
         self.ksp.setOperators(self._matrix)
         self.ksp.setUp()
+        self.ksp.setUpOnBlocks()  # those of several processes would wait for the next solve
 
     @contextmanager
     def direct_solver(self) -> Iterator[None]:

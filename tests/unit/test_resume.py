@@ -17,7 +17,7 @@ from myostrain.solvers import LinearSolver
 import numpy as np
 import pytest
 
-from small_cases import ALONE, LINE, SHEET, changed
+from small_cases import ALONE, LINE, SHEET, changed, command_line, write_case
 
 #: Whatever has a history of its own: schemes, viscosity, pressures, held bodies, the other mass matrix.
 CASES = {
@@ -76,6 +76,23 @@ def test_resumed_run_is_the_uninterrupted_one(tmp_path, name):
         assert not (tmp_path / "cut" / "results.json").exists()
     run_case(case, tmp_path / "cut", comm=ALONE, figures=False, resume=True)
     assert numbers(tmp_path / "cut") == numbers(tmp_path / "whole")
+
+
+def test_the_same_command_again_and_again(tmp_path, monkeypatch):
+    """A batch script gives one command: it begins, goes on, and shows what there is."""
+    monkeypatch.chdir(tmp_path)
+    file = write_case(tmp_path / "mine.toml", changed(LINE, {"output.fields": []}))
+    command = ("run", file, "--set", "activation.beta=0.2", "--out", "out", "--resume")
+    for _ in range(2):
+        done = command_line(*command)
+        assert done.status == 0, done.err
+        assert "numbers in" in done.out
+    assert "had ended already" in done.out
+    assert command_line("run", "--resume", "--out", "out").status == 0
+    other = command_line("run", file, "--out", "out", "--resume")  # without --set
+    assert (other.status, "other values" in other.err) == (2, True)
+    for wrong in (("--resume",), ("--resume", "--out", "nothing"), ("--resume", "--out", "out", "--force")):
+        assert command_line("run", *wrong).status == 2
 
 
 def interrupted(tmp_path, after=7, **changes):
