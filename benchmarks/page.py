@@ -178,7 +178,7 @@ def rest(found: dict, book: dict) -> str:
     shipped = found["time 0.003 4"]
     return f"""## The line
 
-`pulse-1d` to t = 5 at Δt = 4e-3: {line["stepping"]:.2f} s of stepping, celerity {off:.2f} % from that at Δt = 5e-4.
+`pulse-1d` to t = 5 at Δt = 8e-3: {line["stepping"]:.2f} s of stepping, celerity {off:.2f} % from that at Δt = 5e-4.
 
 ## Memory and start-up
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import re
 import tomllib
-import typing
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,10 +18,10 @@ from myostrain.mechanics import ImposedStretch, Mechanics
 from myostrain.output.fields import FieldName
 from myostrain.overrides import override
 from myostrain.potential import Balance, Mass, Potential
+from myostrain.sections import dotted, make, make_probes, make_solver, pick, plain, shown, word
 from myostrain.simulation import CHECKPOINT_SECONDS, Simulation
-from myostrain.validation import Finite, Flag, NonNegative, Positive, description
+from myostrain.validation import Flag, NonNegative, Positive, description
 
-import pydantic
 import tomlkit
 
 GEOMETRIES = {
@@ -193,7 +192,7 @@ class Case:
         unknown = [key for key in data if key not in (*SECTIONS, *TEXTS)]
         if unknown:
             raise InputError(
-                f"no such section or key; {nearest(unknown[0], (*SECTIONS, *TEXTS))}", _dotted(unknown[0])
+                f"no such section or key; {nearest(unknown[0], (*SECTIONS, *TEXTS))}", dotted(unknown[0])
             )
         for section, needed in SECTIONS.items():
             if needed and section not in data:
@@ -208,18 +207,18 @@ class Case:
             "..",
         ):
             raise InputError(
-                f"a result folder is called by it: give a short word, not {_shown(data['name'])}", "name"
+                f"a result folder is called by it: give a short word, not {shown(data['name'])}", "name"
             )
         part = {section: dict(data.get(section, {})) for section in SECTIONS}
 
-        form = _pick(part["geometry"], "geometry.kind", GEOMETRIES)
-        kin = _pick(part["mechanics"], "mechanics.kinematics", KINEMATICS)
+        form = pick(part["geometry"], "geometry.kind", GEOMETRIES)
+        kin = pick(part["mechanics"], "mechanics.kinematics", KINEMATICS)
         line = kin is kinematics.Line
-        model = _pick(part["cell"], "cell.model", CELLS, "FitzHughNagumo")
-        law = _pick(part["activation"], "activation.law", LAWS, "proportional")
-        active = _pick(part["activation"], "activation.deformation", DEFORMATIONS, "fibre")
-        material = _pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
-        scheme = _pick(part["time"], "time.scheme", SCHEMES, "second-order")
+        model = pick(part["cell"], "cell.model", CELLS, "FitzHughNagumo")
+        law = pick(part["activation"], "activation.law", LAWS, "proportional")
+        active = pick(part["activation"], "activation.deformation", DEFORMATIONS, "fibre")
+        material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
+        scheme = pick(part["time"], "time.scheme", SCHEMES, "second-order")
 
         if form is geometry.MeshFile and isinstance(part["geometry"].get("path"), str):
             part["geometry"]["path"] = _whole(folder, part["geometry"]["path"])
@@ -240,29 +239,29 @@ class Case:
             raise InputError("this key is called mechanics.every", "time.every")
         timing = {k: part["time"].pop(k) for k in ("step", "end") if k in part["time"]}
         made = {
-            "geometry": _make(form, part["geometry"], "geometry", also=("kind",)),
-            "fibres": _make(geometry.UniformFibres, part["fibres"], "fibres") if part["fibres"] else None,
-            "cell": _make(model, part["cell"], "cell", also=("model",)),
-            "potential": _make(PotentialSection, part["potential"], "potential"),
-            "initial": _make(Bump, part["initial"], "initial"),
-            "law": _make(law, part["activation"], "activation", also=("law", "deformation")),
-            "deformation": _make(active, {}, "activation"),
-            "material": _make(material, part["material"], "material", also=("model",)),
-            "mechanics": _make(
+            "geometry": make(form, part["geometry"], "geometry", also=("kind",)),
+            "fibres": make(geometry.UniformFibres, part["fibres"], "fibres") if part["fibres"] else None,
+            "cell": make(model, part["cell"], "cell", also=("model",)),
+            "potential": make(PotentialSection, part["potential"], "potential"),
+            "initial": make(Bump, part["initial"], "initial"),
+            "law": make(law, part["activation"], "activation", also=("law", "deformation")),
+            "deformation": make(active, {}, "activation"),
+            "material": make(material, part["material"], "material", also=("model",)),
+            "mechanics": make(
                 MechanicsSection, part["mechanics"], "mechanics", also=("kinematics", "constraint", "every")
             ),
-            "kinematics": _make(kin, constraint, "mechanics"),
-            "scheme": _make(
+            "kinematics": make(kin, constraint, "mechanics"),
+            "scheme": make(
                 scheme,
                 {**part["time"], **pace},
                 "time",
                 also=("scheme", "step", "end"),
                 sections={"every": "mechanics"},
             ),
-            "time": _make(TimeSection, timing, "time"),
-            "probes": _make_probes(part["probes"]),
-            "output": _make(OutputSection, part["output"], "output"),
-            "solver": _make_solver(part["solver"]),
+            "time": make(TimeSection, timing, "time"),
+            "probes": make_probes(part["probes"]),
+            "output": make(OutputSection, part["output"], "output"),
+            "solver": make_solver(part["solver"]),
         }
         texts = {"name": data.get("name", name)}
         texts |= {"title": data.get("title", texts["name"]), "cost": data.get("cost", "")}
@@ -349,192 +348,39 @@ class Case:
         )
 
 
-def _pick(section: dict[str, Any], key: str, choices: Mapping[str, Any], default: str | None = None) -> Any:
-    """Take the word that chooses a class out of a section."""
-    word = section.pop(key.split(".")[1], default)
-    if word is None:
-        raise InputError(f"missing; allowed: {', '.join(choices)}", key)
-    if not isinstance(word, str) or word not in choices:
-        raise InputError(f"{_shown(word)} is not known here; {nearest(_shown(word), choices)}", key)
-    return choices[word]
-
-
-def _make(
-    cls: Any,
-    values: Mapping[str, Any],
-    section: str,
-    also: Sequence[str] = (),
-    sections: Mapping[str, str] | None = None,
-) -> Any:
-    """Make a description from a section; errors name the key.
-
-    Args:
-        cls: The class.
-        values: Its values.
-        section: Name of the section.
-        also: Keys of the section that are known but not the class's, for the message.
-        sections: Keys of the class that live in another section.
-    """
-    fields = [f.name for f in dataclasses.fields(cls)]
-    for key in values:
-        if key not in fields:
-            where = (sections or {}).get(key, section)
-            raise InputError(f"no such key; {nearest(key, [*fields, *also])}", _dotted(where, key))
-    try:
-        return cls(**values)
-    except pydantic.ValidationError as error:
-        # Of a union's complaints, the one that went deepest, and about the value rather than the type.
-        found = max(error.errors(), key=lambda e: (len(e["loc"]), not e["type"].endswith("_type")))
-    place = [part for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
-    place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple", "ImposedStretch")]
-    where = (sections or {}).get(str(place[0]), section) if place else section
-    key = ".".join([where, *map(str, place)])
-    if found["type"] == "missing" and not isinstance(place[-1], int):
-        raise InputError("missing", key)
-    if found["type"] == "unexpected_keyword_argument":
-        inner = typing.get_args(typing.get_type_hints(cls)[str(place[0])])
-        known = [f.name for part in inner if dataclasses.is_dataclass(part) for f in dataclasses.fields(part)]
-        raise InputError(f"no such key; {nearest(str(place[-1]), known)}", key)
-    kind = str(typing.get_type_hints(cls).get(str(place[0]))) if place else ""
-    raise InputError(f"{_plain_words(found, kind)}, not {_shown(found['input'])}", key)
-
-
-def _plain_words(error: Any, kind: str) -> str:
-    """What pydantic says of a value, as something to do.
-
-    Args:
-        error: One of its errors.
-        kind: The type that is wanted, as text.
-    """
-    texts = "str" in kind or "Literal" in kind
-    some = 'texts, such as ["left"]' if texts else "numbers, such as [1.0, -1.0]"
-    wanted = {
-        "float_type": "give a number",
-        "int_type": "give an integer",
-        "int_from_float": "give an integer",
-        "bool_type": "give a boolean, true or false",
-        "string_type": "give a text",
-        "path_type": 'give a path, such as "body.msh"',
-        "tuple_type": f"give a list of {some}",
-        "too_long": "give a shorter list",
-        "missing": f"give a longer list of {some}",
-        "mapping_type": "give a table, such as { name = [1.0, -1.0] }",
-        "dict_type": "give a table, such as { name = [1.0, -1.0] }",
-        "dataclass_type": "give a table, such as { value = 1.0 }",
-    }
-    said = error["msg"].removeprefix("Value error, ").replace("Input should be", "this should be")
-    return wanted.get(error["type"], f"{said[0].lower()}{said[1:]}")
-
-
-def _shown(value: Any) -> str:
-    """A value for a message: short, whatever it is."""
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables
-        text = f"such a long {type(value).__name__}"
-    return text if len(text) <= 100 else f"{text[:90]}..."
-
-
-def _dotted(*parts: str) -> str:
-    """A key for a message; a strange part is quoted and cut."""
-    return ".".join(part if part.isprintable() and 0 < len(part) <= 50 else _shown(part) for part in parts)
-
-
 def _whole(folder: Path, path: str) -> str:
     """A path that is relative to ``folder``, as an absolute one."""
     try:
         return str((folder / path).resolve())
     except (ValueError, OSError, RuntimeError) as error:  # a null byte, a loop of links
-        raise InputError(f"{_shown(path)} is no path: {error}", "geometry.path") from error
-
-
-def _make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
-    checked = {}
-    for name, point in section.items():
-        if not name.isprintable() or not 0 < len(name) <= 100:
-            raise InputError("call a probe by a short, printable name", _dotted("probes", name))
-        try:
-            checked[name] = pydantic.TypeAdapter(tuple[Finite, ...]).validate_python(point)
-        except pydantic.ValidationError:
-            raise InputError(
-                f"give finite coordinates, such as [100.0], not {_shown(point)}", _dotted("probes", name)
-            ) from None
-    return checked
-
-
-def _make_solver(section: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    for name, options in section.items():
-        if name not in ("potential", "mechanics"):
-            raise InputError(
-                f"no such solver; {nearest(name, ('potential', 'mechanics'))}", _dotted("solver", name)
-            )
-        if not isinstance(options, Mapping):
-            raise InputError('give PETSc options, such as { ksp_type = "cg" }', f"solver.{name}")
-        for key, value in options.items():
-            if not isinstance(value, str | int | float | bool):
-                raise InputError(
-                    f"give a text or a number, not {_shown(value)}", _dotted("solver", name, key)
-                )
-            _check_option(_dotted("solver", name, key), key, value)
-    return {name: dict(options) for name, options in section.items()}
-
-
-def _check_option(where: str, key: str, value: Any) -> None:
-    """Refuse PETSc options that load code, write files, or cannot be options at all."""
-    if not re.fullmatch(r"[A-Za-z0-9_]{1,100}", key):
-        raise InputError("a PETSc option is a word, such as ksp_type", where)
-    if isinstance(value, int) and abs(value) >= 2**31:
-        raise InputError(f"give a number below 2^31, not {_shown(value)}", where)
-    if isinstance(value, str) and not re.fullmatch(r"[A-Za-z0-9_.,+-]{1,100}", value):
-        raise InputError(f"give a word or a number, not {_shown(value)}", where)
-    if any(word in f"{key} {value}".lower() for word in ("python", "shell", "plugin", "binary_", "file")):
-        raise InputError(
-            "this option runs code or reads and writes files; a case file holds data only", where
-        )
-    if ("view" in key or "monitor" in key) and isinstance(value, str):
-        raise InputError("give true: it is printed, not written to a file", where)
-
-
-def _word(thing: Any, choices: Mapping[str, Any]) -> str:
-    return next(word for word, cls in choices.items() if type(thing) is cls)
-
-
-def _plain(value: Any) -> Any:
-    """A value as TOML and JSON can hold it; None is left out of tables."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        value = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {k: _plain(v) for k, v in value.items() if v is not None}
-    if isinstance(value, tuple | list):
-        return [_plain(v) for v in value]
-    return str(value) if isinstance(value, Path) else value
+        raise InputError(f"{shown(path)} is no path: {error}", "geometry.path") from error
 
 
 def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, Any]:
     """The case as nested dictionaries with everything resolved."""
-    kin, scheme = _plain(made["kinematics"]), _plain(made["scheme"])
+    kin, scheme = plain(made["kinematics"]), plain(made["scheme"])
     pace = {"every": scheme.pop("every")} if "every" in scheme else {}
     sections = {
-        "geometry": {"kind": _word(made["geometry"], GEOMETRIES), **_plain(made["geometry"])},
-        "fibres": _plain(made["fibres"]) if made["fibres"] is not None else None,
-        "cell": {"model": _word(made["cell"], CELLS), **_plain(made["cell"])},
-        "potential": _plain(made["potential"]),
-        "initial": _plain(made["initial"]),
+        "geometry": {"kind": word(made["geometry"], GEOMETRIES), **plain(made["geometry"])},
+        "fibres": plain(made["fibres"]) if made["fibres"] is not None else None,
+        "cell": {"model": word(made["cell"], CELLS), **plain(made["cell"])},
+        "potential": plain(made["potential"]),
+        "initial": plain(made["initial"]),
         "activation": {
-            "law": _word(made["law"], LAWS),
-            **_plain(made["law"]),
-            "deformation": _word(made["deformation"], DEFORMATIONS),
+            "law": word(made["law"], LAWS),
+            **plain(made["law"]),
+            "deformation": word(made["deformation"], DEFORMATIONS),
         },
-        "material": {"model": _word(made["material"], MATERIALS), **_plain(made["material"])},
+        "material": {"model": word(made["material"], MATERIALS), **plain(made["material"])},
         "mechanics": {
-            "kinematics": _word(made["kinematics"], KINEMATICS),
+            "kinematics": word(made["kinematics"], KINEMATICS),
             **kin,
-            **_plain(made["mechanics"]),
+            **plain(made["mechanics"]),
             **pace,
         },
-        "time": {**_plain(made["time"]), "scheme": _word(made["scheme"], SCHEMES), **scheme},
-        "probes": _plain(made["probes"]),
-        "output": _plain(made["output"]),
-        "solver": _plain(made["solver"]),
+        "time": {**plain(made["time"]), "scheme": word(made["scheme"], SCHEMES), **scheme},
+        "probes": plain(made["probes"]),
+        "output": plain(made["output"]),
+        "solver": plain(made["solver"]),
     }
     return {**texts, **{name: section for name, section in sections.items() if section}}

@@ -1,0 +1,169 @@
+"""Sections of a case file made into descriptions, and back; every message names a key to act on."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import typing
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from myostrain.errors import InputError, nearest
+from myostrain.validation import Finite
+
+import pydantic
+
+
+def pick(section: dict[str, Any], key: str, choices: Mapping[str, Any], default: str | None = None) -> Any:
+    """Take the word that chooses a class out of a section."""
+    word = section.pop(key.split(".")[1], default)
+    if word is None:
+        raise InputError(f"missing; allowed: {', '.join(choices)}", key)
+    if not isinstance(word, str) or word not in choices:
+        raise InputError(f"{shown(word)} is not known here; {nearest(shown(word), choices)}", key)
+    return choices[word]
+
+
+def make(
+    cls: Any,
+    values: Mapping[str, Any],
+    section: str,
+    also: Sequence[str] = (),
+    sections: Mapping[str, str] | None = None,
+) -> Any:
+    """Make a description from a section; errors name the key.
+
+    Args:
+        cls: The class.
+        values: Its values.
+        section: Name of the section.
+        also: Keys of the section that are known but not the class's, for the message.
+        sections: Keys of the class that live in another section.
+    """
+    fields = [f.name for f in dataclasses.fields(cls)]
+    for key in values:
+        if key not in fields:
+            where = (sections or {}).get(key, section)
+            raise InputError(f"no such key; {nearest(key, [*fields, *also])}", dotted(where, key))
+    try:
+        return cls(**values)
+    except pydantic.ValidationError as error:
+        # Of a union's complaints, the one that went deepest, and about the value rather than the type.
+        found = max(error.errors(), key=lambda e: (len(e["loc"]), not e["type"].endswith("_type")))
+    place = [part for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
+    place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple", "ImposedStretch")]
+    where = (sections or {}).get(str(place[0]), section) if place else section
+    key = ".".join([where, *map(str, place)])
+    if found["type"] == "missing" and not isinstance(place[-1], int):
+        raise InputError("missing", key)
+    if found["type"] == "unexpected_keyword_argument":
+        inner = typing.get_args(typing.get_type_hints(cls)[str(place[0])])
+        known = [f.name for part in inner if dataclasses.is_dataclass(part) for f in dataclasses.fields(part)]
+        raise InputError(f"no such key; {nearest(str(place[-1]), known)}", key)
+    kind = str(typing.get_type_hints(cls).get(str(place[0]))) if place else ""
+    raise InputError(f"{_plain_words(found, kind)}, not {shown(found['input'])}", key)
+
+
+def _plain_words(error: Any, kind: str) -> str:
+    """What pydantic says of a value, as something to do.
+
+    Args:
+        error: One of its errors.
+        kind: The type that is wanted, as text.
+    """
+    texts = "str" in kind or "Literal" in kind
+    some = 'texts, such as ["left"]' if texts else "numbers, such as [1.0, -1.0]"
+    wanted = {
+        "float_type": "give a number",
+        "int_type": "give an integer",
+        "int_from_float": "give an integer",
+        "bool_type": "give a boolean, true or false",
+        "string_type": "give a text",
+        "path_type": 'give a path, such as "body.msh"',
+        "tuple_type": f"give a list of {some}",
+        "too_long": "give a shorter list",
+        "missing": f"give a longer list of {some}",
+        "mapping_type": "give a table, such as { name = [1.0, -1.0] }",
+        "dict_type": "give a table, such as { name = [1.0, -1.0] }",
+        "dataclass_type": "give a table, such as { value = 1.0 }",
+    }
+    said = error["msg"].removeprefix("Value error, ").replace("Input should be", "this should be")
+    return wanted.get(error["type"], f"{said[0].lower()}{said[1:]}")
+
+
+def shown(value: Any) -> str:
+    """A value for a message: short, whatever it is."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables
+        text = f"such a long {type(value).__name__}"
+    return text if len(text) <= 100 else f"{text[:90]}..."
+
+
+def dotted(*parts: str) -> str:
+    """A key for a message; a strange part is quoted and cut."""
+    return ".".join(part if part.isprintable() and 0 < len(part) <= 50 else shown(part) for part in parts)
+
+
+def make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
+    """The section [probes], checked; the points' dimension shows only on the mesh."""
+    checked = {}
+    for name, point in section.items():
+        if not name.isprintable() or not 0 < len(name) <= 100:
+            raise InputError("call a probe by a short, printable name", dotted("probes", name))
+        try:
+            checked[name] = pydantic.TypeAdapter(tuple[Finite, ...]).validate_python(point)
+        except pydantic.ValidationError:
+            raise InputError(
+                f"give finite coordinates, such as [100.0], not {shown(point)}", dotted("probes", name)
+            ) from None
+    return checked
+
+
+def make_solver(section: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The sections [solver.potential] and [solver.mechanics], checked; PETSc checks the values."""
+    for name, options in section.items():
+        if name not in ("potential", "mechanics"):
+            raise InputError(
+                f"no such solver; {nearest(name, ('potential', 'mechanics'))}", dotted("solver", name)
+            )
+        if not isinstance(options, Mapping):
+            raise InputError('give PETSc options, such as { ksp_type = "cg" }', f"solver.{name}")
+        for key, value in options.items():
+            if not isinstance(value, str | int | float | bool):
+                raise InputError(f"give a text or a number, not {shown(value)}", dotted("solver", name, key))
+            _check_option(dotted("solver", name, key), key, value)
+    return {name: dict(options) for name, options in section.items()}
+
+
+def _check_option(where: str, key: str, value: Any) -> None:
+    """Refuse PETSc options that load code, write files, or cannot be options at all."""
+    if not re.fullmatch(r"[A-Za-z0-9_]{1,100}", key):
+        raise InputError("a PETSc option is a word, such as ksp_type", where)
+    if isinstance(value, int) and abs(value) >= 2**31:
+        raise InputError(f"give a number below 2^31, not {shown(value)}", where)
+    if isinstance(value, str) and not re.fullmatch(r"[A-Za-z0-9_.,+-]{1,100}", value):
+        raise InputError(f"give a word or a number, not {shown(value)}", where)
+    if any(word in f"{key} {value}".lower() for word in ("python", "shell", "plugin", "binary_", "file")):
+        raise InputError(
+            "this option runs code or reads and writes files; a case file holds data only", where
+        )
+    if ("view" in key or "monitor" in key) and isinstance(value, str):
+        raise InputError("give true: it is printed, not written to a file", where)
+
+
+def word(thing: Any, choices: Mapping[str, Any]) -> str:
+    """The word that chooses the class of a description."""
+    return next(word for word, cls in choices.items() if type(thing) is cls)
+
+
+def plain(value: Any) -> Any:
+    """A value as TOML and JSON can hold it; None is left out of tables."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {k: plain(v) for k, v in value.items() if v is not None}
+    if isinstance(value, tuple | list):
+        return [plain(v) for v in value]
+    return str(value) if isinstance(value, Path) else value
