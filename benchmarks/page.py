@@ -163,7 +163,7 @@ def scaling_section(found: dict) -> str:
     return f"""## Size and processes
 
 The first 60 steps at Δt = 3e-3, mechanics every 4 steps, on refined meshes. The potential's preconditioner is a kept
-incomplete Cholesky factorization with one level of fill (process by process); mechanics keeps one complete
+incomplete Cholesky factorization with one level of fill, three beyond 100,000 nodes (process by process); mechanics keeps one complete
 factorization. With 382,000 unknowns a correction by it takes a fifth of one by kept multigrid, so that no
 size was found at which the default should change; the incomplete factors beat Jacobi from 50,000 nodes on, and
 multigrid at every size tried.

@@ -22,8 +22,6 @@ from myostrain.sections import dotted, make, make_probes, make_solver, pick, pla
 from myostrain.simulation import CHECKPOINT_SECONDS, Simulation
 from myostrain.validation import Flag, NonNegative, Positive, description
 
-import tomlkit
-
 GEOMETRIES = {
     "line": geometry.Line,
     "rectangle": geometry.Rectangle,
@@ -279,6 +277,8 @@ class Case:
 
     def to_toml(self) -> str:
         """The case as TOML with everything resolved; :meth:`from_file` reads it back."""
+        import tomlkit  # takes a tenth of a second, which a start without a result folder need not wait for
+
         return tomlkit.dumps(dict(self.parameters))
 
     def build(self, comm: Any = MPI.COMM_WORLD) -> Electromechanics:

@@ -18,8 +18,6 @@ from myostrain.engine import PETSc, jit_options, versions
 from myostrain.errors import MyostrainError
 from myostrain.output.results import unknowns
 
-import tomlkit
-
 if TYPE_CHECKING:
     from myostrain.coupling import Electromechanics
 
@@ -104,6 +102,8 @@ def log_start(parameters: Mapping[str, Any], model: Electromechanics, processes:
     for name, part in (("potential", model.potential), ("mechanics", model.mechanics)):
         options: Any = PETSc.Options(part.solver.ksp.getOptionsPrefix()) if part else None
         logger.info("solver.%s: %s", name, _line(options.getAll() if part else {}))
+    import tomlkit
+
     logger.info("case:\n%s", textwrap.indent(tomlkit.dumps(dict(parameters)).rstrip(), "    "))
 
 
