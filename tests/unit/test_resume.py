@@ -22,7 +22,7 @@ from small_cases import ALONE, LINE, SHEET, changed, command_line, write_case
 #: Whatever has a history of its own: schemes, viscosity, pressures, held bodies, the other mass matrix.
 CASES = {
     "line": (LINE, {}),
-    "long-enough-to-activate": (LINE, {"time.end": 0.03}),
+    "long-enough-to-activate": (LINE, {"time.end": 0.1}),
     "rigid-twin": (LINE, {"output.rigid_twin": True}),
     "viscous": (LINE, {"mechanics.relaxation_time": 0.08}),
     "held": (LINE, {"mechanics.imposed_stretch": {"value": 0.7, "until": 0.004}}),
