@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from myostrain.activation import ActivationLaw, ActiveDeformation, Fibre
 from myostrain.engine import MPI, compile_form, fem, jit_options
 from myostrain.errors import ComputationError, InputError
+from myostrain.fit import check_fit, check_room
 from myostrain.geometry import Body
 from myostrain.history import History, backward_difference
 from myostrain.kinematics import Deformation, Kinematics
@@ -103,7 +104,7 @@ class Mechanics:
         tolerance: float = 1e-10,
         quadrature_degree: int | None = None,
     ) -> None:
-        _check_fit(body, kinematics, material, robin, relaxation_time, imposed_stretch)
+        check_fit(body, kinematics, material, robin, relaxation_time, imposed_stretch)
         self.body, self.kinematics, self.law = body, kinematics, law
         self.imposed_stretch = imposed_stretch
         self.relaxation_time = relaxation_time
@@ -150,7 +151,7 @@ class Mechanics:
             residual += self._viscous_residual(relaxation_time, ufl.TestFunction(space))
         conditions = fixed_conditions(body, space, fixed, mixed)
         if mixed and not robin > 0:
-            _check_room(body, fixed)
+            check_room(body, fixed)
         if not fixed and not robin > 0:
             if body_force is not None:
                 raise InputError(
@@ -427,49 +428,6 @@ class Mechanics:
             self._nodal_u = fem.Function(space, name="displacement")
         self._nodal_u.interpolate(self.u.sub(0) if self.kinematics.has_pressure else self.u)
         return self._nodal_u
-
-
-def _check_room(body: Body, fixed: Sequence[str]) -> None:
-    """Refuse an incompressible body fixed all around: nothing would determine the level of its pressure."""
-    boundary = body.boundary_facets(None)
-    held = np.intersect1d(body.boundary_facets(fixed, "mechanics.fixed"), boundary)
-    if fixed and body.comm.allreduce(len(held)) == body.comm.allreduce(len(boundary)):
-        raise InputError(
-            "the pressure of an incompressible body fixed all around is not determined; leave a part free",
-            "mechanics.fixed",
-        )
-
-
-def _check_fit(
-    body: Body,
-    kinematics: Kinematics,
-    material: Material,
-    robin: float,
-    relaxation_time: float,
-    stretch: ImposedStretch | None,
-) -> None:
-    if kinematics.dim != body.dim:
-        raise InputError(
-            f"{type(kinematics).__name__} describes a body of dimension {kinematics.dim}, "
-            f"this mesh has dimension {body.dim}",
-            "mechanics.kinematics",
-        )
-    if material.tensor_dim != kinematics.tensor_dim:
-        fitting = "Spring" if kinematics.tensor_dim == 1 else "NeoHookean or MooneyRivlin"
-        raise InputError(
-            f"{type(material).__name__} does not fit {type(kinematics).__name__}; take {fitting}",
-            "material.model",
-        )
-    if stretch is not None and isinstance(stretch.value, tuple) and len(stretch.value) != body.dim:
-        raise InputError(
-            f"{list(stretch.value)}: give one number, or {body.dim}", "mechanics.imposed_stretch"
-        )
-    if not 0 <= robin < np.inf:
-        raise InputError(f"{robin} is no stiffness: give zero or a positive number", "mechanics.robin")
-    if not relaxation_time >= 0:
-        raise InputError(f"{relaxation_time}: give zero or a positive time", "mechanics.relaxation_time")
-    if relaxation_time > 0 and (body.dim > 1 or not hasattr(material, "mu")):
-        raise InputError("viscosity exists on a line with a Spring only; give 0", "mechanics.relaxation_time")
 
 
 def _lift_vector(f0: Any, dim: int, tensor_dim: int) -> Any:

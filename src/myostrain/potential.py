@@ -10,7 +10,15 @@ from myostrain.engine import PETSc, compile_form, fem
 from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Deformation
-from myostrain.solvers import LinearSolver, Options, assemble_nodal, global_dofs, largest, owned_dofs
+from myostrain.solvers import (
+    LinearSolver,
+    Options,
+    assemble_nodal,
+    global_dofs,
+    incomplete_factorization,
+    largest,
+    owned_dofs,
+)
 from myostrain.state import FieldState, State
 from myostrain.timing import timed
 
@@ -351,21 +359,6 @@ class Potential:
         else:
             amounts = self.weight * self.ratio * self.v.x.array
         return float(self.body.comm.allreduce(float(np.sum(amounts[: self._owned]))))
-
-
-def incomplete_factorization(symmetric: bool, processes: int, nodes: int) -> Options:
-    """Options of the preconditioner: an incomplete factorization with some fill, process by process.
-
-    The mass dominates at the steps that accuracy asks for. On sheets of 3,000 to 191,000 nodes at Δt = 3e-3
-    the kept factors take 2 to 5 iterations and 0.4 to 0.7 µs a node and step (ksp_rtol 1e-8), Jacobi 5 to 31
-    and 0.4 to 1.0 µs, multigrid 1 to 4 and 1.3 to 2.0 µs. On 191,000 nodes three levels of
-    fill take 4.8 iterations for 7.1 with one, in the same time: beyond 100,000 the count does not grow.
-    """
-    kind = "icc" if symmetric else "ilu"
-    levels = 1 if nodes <= 100_000 else 3
-    if processes == 1:
-        return {"pc_type": kind, "pc_factor_levels": levels}
-    return {"pc_type": "bjacobi", "sub_pc_type": kind, "sub_pc_factor_levels": levels}
 
 
 def _averaged_mass(trial: Any, test: Any, mesh: Any, lumped: ufl.Measure) -> PETSc.Mat:
