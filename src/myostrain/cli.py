@@ -6,15 +6,15 @@ import logging
 import math
 import signal
 import sys
-import time
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 from myostrain.errors import ComputationError, InputError, Interrupted
+from myostrain.progress import ProgressDisplay, errors
 
 import typer
 from rich.console import Console
@@ -29,14 +29,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 screen = Console(soft_wrap=True, highlight=False, markup=False)
 
 #: Signals that :func:`_terminate` has seen.
 _terminated: list[int] = []
-
-#: Seconds between two lines of progress where there is no terminal.
-QUIET_INTERVAL = 5.0
 
 
 @app.command("list")
@@ -142,6 +138,32 @@ def _resumed(asked: Case | None, out: Path | None, *, changed: bool) -> tuple[Ca
 
 
 @app.command()
+def reproduce(
+    what: Annotated[
+        list[str] | None, typer.Argument(metavar="WHAT", help="Parts of the paper; all of it by default.")
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the page.")] = Path(
+        "runs/reproduce"
+    ),
+    quick: Annotated[bool, typer.Option("--quick", help="Coarser settings, under three minutes.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute anew what is kept.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
+    ] = False,
+) -> None:
+    """Reproduce the paper: its figures, theory and claims against measured ones, on one HTML page."""
+    from myostrain.reproduce import reproduce as make
+
+    with ProgressDisplay(True, bar=not quiet) as display:
+        numbers = make(what or (), out, quick=quick, fresh=fresh, tell=display.computations)
+    for name, chapter in numbers["chapters"].items():
+        for claim, judged in chapter["verdicts"].items():
+            reading = f": {judged['reading']}" if judged["verdict"] == "agrees with a reading" else ""
+            screen.print(f"{name:14} {claim:34} {judged['verdict']}{reading}")
+    screen.print(f"{out / 'index.html'} (open it in a browser), numbers in {out / 'numbers.json'}")
+
+
+@app.command()
 def doctor() -> None:
     """Print the environment and check that it computes right (ten seconds)."""
     from myostrain.doctor import report
@@ -192,65 +214,6 @@ def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
         f"in {seconds['total']:.1f} s ({phases})"
     )
     screen.print(f"numbers in {folder / 'results.json'}, pictures in {folder / 'figures'}")
-
-
-class ProgressDisplay:
-    """A progress bar on a terminal; elsewhere, or without a bar, a line every few seconds.
-
-    Args:
-        active: Whether to show anything (the first process does).
-        bar: Whether a bar is wanted.
-    """
-
-    def __init__(self, active: bool, *, bar: bool) -> None:
-        self._active = active
-        self._bar = None
-        if active and bar and errors.is_terminal:
-            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-            self._bar = Progress(
-                TextColumn("{task.description}"),
-                BarColumn(),
-                TextColumn("t = {task.fields[time]:.4g} of {task.fields[end]:g}"),
-                TextColumn("step {task.completed} of {task.total}"),
-                TimeRemainingColumn(),
-                console=errors,
-            )
-
-    def __enter__(self) -> ProgressDisplay:
-        """Show the bar."""
-        if self._bar is not None:
-            self._bar.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, value: object, trace: TracebackType | None) -> None:
-        """Leave the terminal as it was."""
-        if self._bar is not None:
-            self._bar.stop()
-
-    def start(self, name: str, steps: int, end: float) -> _Track:
-        """Begin to show a run of ``steps`` steps to the time ``end``."""
-        task = None if self._bar is None else self._bar.add_task(name, total=steps, time=0.0, end=end)
-        return _Track(self._bar, task, name, steps, end, lines=self._active and self._bar is None)
-
-
-class _Track:
-    def __init__(self, bar: Any, task: Any, name: str, steps: int, end: float, *, lines: bool) -> None:
-        self._bar, self._task, self._name, self._steps, self._end = bar, task, name, steps, end
-        self._lines = lines
-        self._begin = self._shown = time.monotonic()
-
-    def update(self, step: int, reached: float) -> None:
-        """Show that ``step`` steps are done, to the simulated time ``reached``."""
-        now = time.monotonic()
-        if self._bar is not None and (now - self._shown > 0.1 or step == self._steps):
-            self._bar.update(self._task, completed=step, time=reached)
-            self._shown = now
-        elif self._lines and now - self._shown > QUIET_INTERVAL:
-            left = (now - self._begin) * (self._steps - step) / step
-            done = f"t = {reached:.4g} of {self._end:g}, step {step} of {self._steps}"
-            errors.print(f"{self._name}: {done}, {left:.0f} s left")
-            self._shown = now
 
 
 def main() -> NoReturn:

@@ -7,7 +7,7 @@ import subprocess
 import time
 import tomllib
 
-from myostrain import Case, ComputationError, cases, cli
+from myostrain import Case, ComputationError, cases, progress
 from myostrain.output.snapshots import Snapshots
 from myostrain.recovery import REMEDIES
 
@@ -276,7 +276,7 @@ def test_unexpected_error_is_not_hidden(line, monkeypatch):
 
 def test_progress_without_a_terminal_is_a_line_every_few_seconds(line, monkeypatch):
     """interface.md: under --quiet or without a terminal "a line every few seconds": time, step, time left."""
-    monkeypatch.setattr(cli, "QUIET_INTERVAL", 0.0)
+    monkeypatch.setattr(progress, "QUIET_INTERVAL", 0.0)
     done = command_line("run", line, "--quiet", "--out", "out")
     assert done.status == 0
     lines = done.err.splitlines()

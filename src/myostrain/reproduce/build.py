@@ -1,0 +1,125 @@
+"""From the chapters asked for to a folder with the page, its pictures and its numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from myostrain.engine import MPI, versions
+from myostrain.errors import InputError, nearest
+from myostrain.output.figures_style import save, style, writing
+from myostrain.output.folder import write_atomically, write_json
+from myostrain.reproduce import chapters
+from myostrain.reproduce.content import Chapter
+from myostrain.reproduce.jobs import Store, run_jobs
+from myostrain.reproduce.page import html_page
+
+
+def reproduce(
+    what: Sequence[str] = (),
+    out: str | Path = "runs/reproduce",
+    *,
+    quick: bool = False,
+    fresh: bool = False,
+    workers: int | None = None,
+    store: Path | None = None,
+    tell: Callable[[str, float, float], None] = lambda name, done, total: None,
+) -> dict[str, Any]:
+    """Measure, judge, and write ``index.html``, ``figures/*.png`` and ``numbers.json``.
+
+    Args:
+        what: Chapters; all of them unless given.
+        out: The folder; files of an earlier call are replaced.
+        quick: Coarser settings; the page says which.
+        fresh: Whether to compute anew what is kept from an earlier call.
+        workers: Processes; as many as there are cores unless given.
+        store: Where outcomes are kept; the user's cache folder unless given.
+        tell: Is told the name of a computation that is done, and the cost done and in total.
+
+    Returns:
+        What ``numbers.json`` holds.
+
+    Raises:
+        InputError: A chapter does not exist, the folder cannot be written, or several processes were started.
+        ComputationError: A computation failed.
+    """
+    names = _chosen(what)
+    if MPI.COMM_WORLD.size > 1:
+        raise InputError("start it without mpiexec: it runs computations side by side itself", "reproduce")
+    out = Path(out)
+    with writing(out):
+        (out / "figures").mkdir(parents=True, exist_ok=True)
+    begin = time.perf_counter()
+    modules = {name: chapters.module(name) for name in names}
+    jobs = {f"{name}: {job}": j for name, m in modules.items() for job, j in m.jobs(quick).items()}
+    found = run_jobs(jobs, Store(store), workers=workers, fresh=fresh, tell=tell)
+    done: dict[str, Chapter] = {}
+    for name, module in modules.items():
+        own = {job: found[f"{name}: {job}"] for job in module.jobs(quick)}
+        done[name] = module.chapter(own, quick)
+    with style():
+        for chapter in done.values():
+            for picture in chapter.pictures:
+                save(picture.draw(), out / "figures" / f"{picture.name}.png")
+    numbers: dict[str, Any] = plain_numbers(_numbers(done, quick))
+    numbers["seconds"] = round(time.perf_counter() - begin, 1)
+    with writing(out):
+        write_json(out / "numbers.json", numbers)
+        titles = {name: module.TITLE for name, module in modules.items()}
+        write_atomically(out / "index.html", html_page(done, titles, out / "figures", numbers))
+    return numbers
+
+
+def _chosen(what: Sequence[str]) -> list[str]:
+    known = chapters.names()
+    for name in what:
+        if name not in known:
+            raise InputError(f"no part is called '{name}'; {nearest(name, known)}", "WHAT")
+    return [name for name in known if name in what or not what]
+
+
+def _numbers(done: Mapping[str, Chapter], quick: bool) -> dict[str, Any]:
+    """Every number and verdict, as JSON holds it."""
+    return {
+        "settings": "quick" if quick else "full",
+        "versions": versions(),
+        "chapters": {
+            name: {
+                "verdicts": {
+                    statement.claim.name: {
+                        "where": statement.claim.where,
+                        "quote": statement.claim.quote,
+                        "bounds": dict(statement.claim.bounds),
+                        "because": statement.claim.because,
+                        "verdict": statement.verdict.kind,
+                        "reading": statement.verdict.reading,
+                        "numbers": statement.verdict.numbers,
+                        "readings": {reading: dict(n) for reading, n in statement.readings.items()},
+                    }
+                    for statement in chapter.statements
+                },
+                "numbers": dict(chapter.numbers),
+                "tables": [dataclasses.asdict(table) for table in chapter.tables],
+                "differences": [dataclasses.asdict(difference) for difference in chapter.differences],
+                "figures": [f"figures/{picture.name}.png" for picture in chapter.pictures],
+            }
+            for name, chapter in done.items()
+        },
+    }
+
+
+def plain_numbers(value: Any) -> Any:
+    """Nested numbers as JSON has them: no NaN, no infinity, no NumPy."""
+    if isinstance(value, Mapping):
+        return {str(key): plain_numbers(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain_numbers(item) for item in value]
+    if hasattr(value, "tolist"):
+        return plain_numbers(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
