@@ -207,7 +207,9 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> float:
         raise InputError(
             f"the active deformation is singular: 1 + γ = {1 + gamma.min():.3g} for v in [0, 1]", key
         )
-    follows = not potential.isochoric and not mechanics.relaxation_time > 0 and not mechanics.held(np.inf)
+    # A viscous line lags behind; where det Fe = 1, J is det Fo whatever the viscosity.
+    lags = mechanics.relaxation_time > 0 and mechanics.kinematics.tensor_dim == 1
+    follows = not potential.isochoric and not lags and not mechanics.held(np.inf)
     if potential.balance != "conservative" or not follows:
         return 0.0
     if (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any():

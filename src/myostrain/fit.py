@@ -64,5 +64,9 @@ def check_fit(
         raise InputError(f"{robin} is no stiffness: give zero or a positive number", "mechanics.robin")
     if not relaxation_time >= 0:
         raise InputError(f"{relaxation_time}: give zero or a positive time", "mechanics.relaxation_time")
-    if relaxation_time > 0 and (body.dim > 1 or not hasattr(material, "mu")):
-        raise InputError("viscosity exists on a line with a Spring only; give 0", "mechanics.relaxation_time")
+    if relaxation_time > 0 and not hasattr(material, "modulus"):
+        raise InputError(
+            f"viscosity is scaled by a material's modulus at rest, and {type(material).__name__} has no "
+            "attribute 'modulus'; add one, or give 0",
+            "mechanics.relaxation_time",
+        )

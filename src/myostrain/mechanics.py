@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from myostrain.activation import ActivationLaw, ActiveDeformation, Fibre
+from myostrain.activation import ActivationLaw, ActiveDeformation
+from myostrain.active_body import ActiveBody
 from myostrain.engine import MPI, compile_form, fem, jit_options
 from myostrain.errors import ComputationError, InputError
 from myostrain.fit import check_fit, check_room
@@ -18,7 +19,7 @@ from myostrain.solvers import Options, assemble_nodal, largest, owned_dofs
 from myostrain.state import FieldState, State
 from myostrain.supports import fixed_conditions, rigid_body_pins
 from myostrain.timing import timed
-from myostrain.validation import Positive, description, with_constants
+from myostrain.validation import Positive, description
 
 import basix
 import basix.ufl
@@ -69,7 +70,7 @@ class Mechanics:
         robin_boundary: Named parts of the boundary that it acts on; None for all of it.
         fixed: Named parts of the boundary where u = 0.
         body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
-        relaxation_time: λ of the Kelvin–Voigt line (4.14); zero for an elastic body.
+        relaxation_time: λ of the Kelvin–Voigt body, see :class:`ActiveBody`; zero for an elastic one.
         imposed_stretch: A stretch that holds the body for an initial time.
         options: PETSc options of the linear solver.
         tolerance: Largest error of the displacement from iterating, relative to the body's extent.
@@ -111,10 +112,7 @@ class Mechanics:
         self.seconds = 0.0
         mesh = body.mesh
         mixed = kinematics.has_pressure
-        self._material = with_constants(material, mesh)
-        self._law = with_constants(law, mesh)
-        self._active = with_constants(deformation or Fibre(), mesh)
-        self._fibre = _lift_vector(body.f0, body.dim, kinematics.tensor_dim)
+        self._active = active = ActiveBody(body, kinematics, material, law, deformation, relaxation_time)
         degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
         self._dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
 
@@ -123,11 +121,12 @@ class Mechanics:
         self.v = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="potential")
         self.history, self._past_v = History(self.u, depth=3), History(self.v, depth=2)
 
-        F = self._gradient(self._displacement(self.handed))
+        F = active.gradient(self.handed)
         self._handed_v = fem.Function(self.v.function_space)
-        self.deformation = Deformation(F, kinematics.volume_ratio(F, ufl.det(self._Fo(self._handed_v))))
+        Jo = ufl.det(active.active(self._handed_v))
+        self.deformation = Deformation(F, kinematics.volume_ratio(F, Jo))
 
-        residual = ufl.derivative(self._energy(), self.u)
+        residual = ufl.derivative(active.energy(self.u, self.v) * self._dx, self.u)
         if robin_boundary is not None and not (len(robin_boundary) and robin > 0):
             body.boundary_facets(robin_boundary, "mechanics.robin_boundary")
             raise InputError(
@@ -136,19 +135,21 @@ class Mechanics:
             )
         if robin > 0:
             ds = body.boundary_measure(robin_boundary, 2 * kinematics.degree, "mechanics.robin_boundary")
-            k, w = fem.Constant(mesh, float(robin)), self._displacement(self.u)
+            k, w = fem.Constant(mesh, float(robin)), active.displacement(self.u)
             residual += ufl.derivative(k / 2 * ufl.inner(w, w) * ds, self.u)
         if body_force is not None:
-            load = ufl.dot(body_force, self._displacement(self.u))
+            load = ufl.dot(body_force, active.displacement(self.u))
             residual -= ufl.derivative(
                 load * ufl.dx(metadata={"quadrature_degree": 2 * kinematics.degree}), self.u
             )
         self._rates: list[Any] = []
         self._past: list[tuple[fem.Function, fem.Function]] = []
+        self._rate: Any = None
         if relaxation_time > 0:
             self._past = [(fem.Function(space), fem.Function(self.v.function_space)) for _ in range(2)]
             self._rates = [fem.Constant(mesh, 0.0) for _ in range(3)]
-            residual += self._viscous_residual(relaxation_time, ufl.TestFunction(space))
+            self._rate = active.strain_rate(self._rates, [(self.u, self.v), *self._past])
+            residual += active.viscous_power(self._rate, self.u, self.v, ufl.TestFunction(space)) * self._dx
         conditions = fixed_conditions(body, space, fixed, mixed)
         if mixed and not robin > 0:
             check_room(body, fixed)
@@ -176,70 +177,20 @@ class Mechanics:
             depends_on=[self.v, *(f for pair in self._past for f in pair), *self._rates],
         )
         points = basix.make_quadrature(getattr(basix.CellType, mesh.topology.cell_type.name), 2)[0]
-        orientation = ufl.as_vector(
-            [ufl.det(self._gradient(self._displacement(self.u))), ufl.det(self._Fo(self.v))]
-        )
+        orientation = ufl.as_vector([ufl.det(active.gradient(self.u)), ufl.det(active.active(self.v))])
         self._orientation = fem.Expression(orientation, points, jit_options=jit_options())
         self._cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
         self._nodal_u: fem.Function | None = None
         test = ufl.TestFunction(self.v.function_space)
         self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
         if mixed:
-            stress = self._energetic_stress()
+            stress = active.cauchy_without_pressure(self.u, self.v)
             self._plane_mean = compile_form((stress[0, 0] + stress[1, 1]) / 2 * test * self._dx)
         self._stress_trace = compile_form(ufl.tr(self.cauchy()) * test * self._dx)
 
-    # Kinematics of the active body, in UFL.
-
-    def _displacement(self, u: fem.Function) -> Any:
-        return ufl.split(u)[0] if self.kinematics.has_pressure else u
-
-    def _gradient(self, displacement: Any) -> Any:
-        return ufl.Identity(self.body.dim) + ufl.grad(displacement)
-
-    def _Fo(self, v: Any) -> Any:
-        return self._active.tensor(self._law.gamma(v), self._fibre)
-
-    def _stored(self, F: Any, Fo: Any) -> Any:
-        """Jo W(F Fo⁻¹), the energy per reference volume of the full (lifted) F."""
-        return ufl.det(Fo) * self._material.energy(F * ufl.inv(Fo), self._fibre)
-
-    def _energy(self) -> Any:
-        """Energy of the body, minus the pressure's work on the constraint where there is one (3.3)."""
-        F, Fo = self._gradient(self._displacement(self.u)), self._Fo(self.v)
-        density = self._stored(self.kinematics.lift(F, ufl.det(Fo)), Fo)
-        if self.kinematics.has_pressure:
-            density -= ufl.split(self.u)[1] * self.kinematics.constraint_residual(F, ufl.det(Fo))
-        return density * self._dx
-
-    def _viscous_residual(self, relaxation_time: float, test: Any) -> Any:
-        """Kelvin–Voigt line, (4.14) with the elastic strain measured from the intermediate configuration.
-
-        The stress is μ λ d/dt[(x′ − 1)/(1 + γ)] beside the spring's; the rate is taken over one time step.
-        """
-        viscosity = fem.Constant(self.body.mesh, relaxation_time) * self._material.mu  # type: ignore[attr-defined]
-        rate = sum(
-            weight * u[0].dx(0) / (1 + self._law.gamma(v))
-            for weight, (u, v) in zip(self._rates, [(self.u, self.v), *self._past], strict=True)
-        )
-        return viscosity * rate * test[0].dx(0) * self._dx
-
-    # Stress, for output.
-
     def cauchy(self) -> Any:
-        """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), UFL, without the viscous part."""
-        sigma = self._energetic_stress()
-        if self.kinematics.tensor_dim == 1:
-            return sigma
-        # The pressure: the unknown, or what makes the faces free (plane stress).
-        p = ufl.split(self.u)[1] if self.kinematics.has_pressure else sigma[2, 2]
-        return sigma - p * ufl.Identity(3)
-
-    def _energetic_stress(self) -> Any:
-        """The Cauchy stress that the energy gives, without pressure."""
-        Fo = self._Fo(self.v)
-        F = ufl.variable(self.kinematics.lift(self._gradient(self._displacement(self.u)), ufl.det(Fo)))
-        return ufl.diff(self._stored(F, Fo), F) * F.T / ufl.det(F)
+        """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), viscous part included, UFL."""
+        return self._active.cauchy(self.u, self.v, self._rate)
 
     def stress_trace(self) -> npt.NDArray[np.float64]:
         """Trace of the Cauchy stress at the nodes of ``v`` (mean over the cells around each, lumped)."""
@@ -265,7 +216,9 @@ class Mechanics:
         self.u.x.array[:] = 0.0
         if self.held(time):
             self._impose()
-        elif not self.relaxation_time > 0:
+        elif self.relaxation_time > 0:
+            self._set_pressure()
+        else:
             self._equilibrate()
         self.accept(time)
         self.hand_over(time)
@@ -347,14 +300,17 @@ class Mechanics:
         def homogeneous(x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
             return (stretch[:, None] - 1) * (x[: self.body.dim] - low[:, None])
 
+        (self.u.sub(0) if self.kinematics.has_pressure else self.u).interpolate(homogeneous)
+        self._set_pressure()
+
+    def _set_pressure(self) -> None:
+        """At rest nothing determines the pressure: take the one without mean stress in the plane."""
+        for constant in self._rates:
+            constant.value = 0.0
         if self.kinematics.has_pressure:
-            self.u.sub(0).interpolate(homogeneous)
-            # Nothing determines the pressure of a held body: take the one without mean stress in the plane.
             pressure = fem.Function(self.v.function_space)
             pressure.x.array[:] = assemble_nodal(self._plane_mean) / self._nodal_weight
             self.u.sub(1).interpolate(pressure)
-        else:
-            self.u.interpolate(homogeneous)
 
     def state(self) -> State:
         """The configuration, its history, the one handed over, and the kept tangent."""
@@ -363,6 +319,7 @@ class Mechanics:
             "history": self.history.state(),
             "past_v": self._past_v.state(),
             "solver": self.solver.state(),
+            "rates": [float(constant.value) for constant in self._rates],
             "seconds": self.seconds,
         }
 
@@ -371,12 +328,15 @@ class Mechanics:
         self.solver.restore(state["solver"])
         for function, field in zip(self._stateful(), state["fields"], strict=True):
             field.put(function)
+        for constant, value in zip(self._rates, state["rates"], strict=True):
+            constant.value = value
         self.history.restore(state["history"])
         self._past_v.restore(state["past_v"])
         self.seconds = state["seconds"]
 
     def _stateful(self) -> list[fem.Function]:
-        return [self.u, self.v, self.handed, self._handed_v]
+        past = [function for pair in self._past for function in pair]
+        return [self.u, self.v, self.handed, self._handed_v, *past]
 
     def accept(self, time: float) -> None:
         """Take the present configuration as the one at ``time``."""
@@ -428,11 +388,6 @@ class Mechanics:
             self._nodal_u = fem.Function(space, name="displacement")
         self._nodal_u.interpolate(self.u.sub(0) if self.kinematics.has_pressure else self.u)
         return self._nodal_u
-
-
-def _lift_vector(f0: Any, dim: int, tensor_dim: int) -> Any:
-    """The fibre as a vector of the dimension that materials see."""
-    return ufl.as_vector([f0[i] if i < dim else 0 for i in range(tensor_dim)])
 
 
 def _space(mesh: Any, dim: int, degree: int, mixed: bool) -> fem.FunctionSpace:

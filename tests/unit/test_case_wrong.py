@@ -109,7 +109,6 @@ WRONG = [
         ("geometry.distortion", (0.9,), "less than or equal to 0.5"),
         ("mechanics.kinematics", ("line",), "dimension"),
         ("mechanics.constraint", ("elastc",), "'elastic'"),
-        ("mechanics.relaxation_time", (0.1,), "line"),
         ("mechanics.robin_boundary", ([], ["boundry"]), "mechanics.robin_boundary"),
         ("mechanics.fixed", (["left"],), "known: boundary"),
         ("mechanics.imposed_stretch", ({"value": [1.0, 1.0, 1.0]},), "mechanics.imposed_stretch"),

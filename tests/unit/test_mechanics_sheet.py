@@ -302,7 +302,6 @@ BAD = {
     "unknown side, no springs": (dict(robin_boundary=["lft"]), None, "did you mean 'left'"),
     "springs nowhere": (dict(robin=1.0, robin_boundary=[]), None, None),
     "negative time": (dict(relaxation_time=-1.0), "mechanics.relaxation_time", "positive"),
-    "viscous sheet": (dict(relaxation_time=1.0), "mechanics.relaxation_time", "line"),
     "stretch of three directions": (
         dict(imposed_stretch=ms.ImposedStretch(value=(1.0, 1.0, 1.0))),
         "mechanics.imposed_stretch",

@@ -33,6 +33,11 @@ CASES = {
     "sheet": (SHEET, {"mechanics.every": 4, "potential.mass": "averaged"}),
     "elastic": (SHEET, {"mechanics.constraint": "elastic", "potential.mass": "averaged"}),
     "plane-strain": (SHEET, {"mechanics.kinematics": "plane-strain"}),
+    "viscous-sheet": (SHEET, {"mechanics.relaxation_time": 0.08, "mechanics.every": 4}),
+    "viscous-plane-strain": (
+        SHEET,
+        {"mechanics.relaxation_time": 0.08, "mechanics.kinematics": "plane-strain"},
+    ),
     "direct": (SHEET, {"solver.potential": {"ksp_type": "preonly", "pc_type": "lu"}}),
 }
 

@@ -3,7 +3,8 @@
 A material is a frozen dataclass with ``energy(Fe, f0)``: the stored energy W per volume of the intermediate
 configuration as a UFL scalar (1.3), and ``tensor_dim``, the dimension of the Fe that it takes (1 for a line,
 else 3). ``f0`` is the unit fibre direction, a UFL vector of that dimension. Stress and tangent follow by
-differentiation; nothing else is written.
+differentiation; nothing else is written, but for ``modulus``, the stiffness at rest, where the material is to
+be viscous.
 """
 
 from typing import Any, ClassVar, Protocol

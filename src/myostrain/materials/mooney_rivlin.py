@@ -20,6 +20,11 @@ class MooneyRivlin:
     mu_2: NonNegative = 0.0
     tensor_dim: ClassVar[int] = 3
 
+    @property
+    def modulus(self) -> float:
+        """Shear modulus at rest, by which viscosity is scaled: μ + μ₂."""
+        return self.mu + self.mu_2
+
     def energy(self, Fe: Any, f0: Any) -> Any:
         """Stored energy of the elastic deformation Fe (3 × 3)."""
         B = Fe * Fe.T

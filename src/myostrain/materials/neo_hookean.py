@@ -18,6 +18,11 @@ class NeoHookean:
     mu: Positive = 1.0
     tensor_dim: ClassVar[int] = 3
 
+    @property
+    def modulus(self) -> float:
+        """Shear modulus at rest, by which viscosity is scaled."""
+        return self.mu
+
     def energy(self, Fe: Any, f0: Any) -> Any:
         """Stored energy of the elastic deformation Fe (3 × 3)."""
         return self.mu / 2 * (ufl.inner(Fe, Fe) - 3)

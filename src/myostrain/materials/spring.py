@@ -16,6 +16,11 @@ class Spring:
     mu: Positive = 1.0
     tensor_dim: ClassVar[int] = 1
 
+    @property
+    def modulus(self) -> float:
+        """Stiffness, by which viscosity is scaled."""
+        return self.mu
+
     def energy(self, Fe: Any, f0: Any) -> Any:
         """Stored energy of the stretch Fe (1 × 1)."""
         return self.mu / 2 * (Fe[0, 0] - 1) ** 2
