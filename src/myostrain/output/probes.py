@@ -28,6 +28,9 @@ class Probes:
 
     Raises:
         InputError: A point has the wrong number of components or lies outside the body.
+
+    Attributes:
+        corners: Local nodes of the cells that hold this process's points, (points, dim + 1).
     """
 
     def __init__(self, space: fem.FunctionSpace, points: Mapping[str, Sequence[float]]) -> None:
@@ -40,7 +43,7 @@ class Probes:
             if not dim <= given.size <= 3 or not np.isfinite(given).all():
                 raise InputError(f"{list(point)}: give {dim} finite coordinates", f"probes.{name}")
             self.positions[row, : given.size] = given
-        self._mine, self._dofs, self._weights = self._locate(space, dim)
+        self._mine, self.corners, self._weights = self._locate(space, dim)
 
     def _locate(self, space: fem.FunctionSpace, dim: int) -> tuple[Indices, Indices, Array]:
         mesh = space.mesh
@@ -75,7 +78,7 @@ class Probes:
 
     def local(self, values: Array) -> Array:
         """Values at this process's probes, from nodal values (n,) or (n, components)."""
-        return np.einsum("ij,ij...->i...", self._weights, values[self._dofs])
+        return np.einsum("ij,ij...->i...", self._weights, values[self.corners])
 
     def gather(self, local: Array) -> Array:
         """Values at all probes, in their order, on every process."""

@@ -92,15 +92,15 @@ def cell(value: str | float | None) -> Markup:
         return Markup("–")
     if isinstance(value, int):
         return Markup("%d") % value
-    return Markup("%s") % number(value)
+    return Markup("%s") % number(value, digits=4)
 
 
-def number(value: float) -> str:
-    """A number with four significant digits, small ones as a power of ten."""
+def number(value: float, digits: int = 3) -> str:
+    """A number with so many significant digits, very small and large ones with a power of ten."""
     if value != 0 and not 1e-3 <= abs(value) < 1e5:
-        digits, power = f"{value:.2e}".split("e")
-        return f"{digits.replace('-', '−')} × 10{_raised(int(power))}"
-    return f"{value:.4g}".replace("-", "−")
+        mantissa, power = f"{value:.1e}".split("e")
+        return f"{mantissa.replace('-', '−')} × 10{_raised(int(power))}"
+    return (f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}").replace("-", "−")
 
 
 def _raised(power: int) -> str:
@@ -117,7 +117,7 @@ def outcome(statement: Statement) -> str:
     parts = [
         f"{name.replace('_', ' ')} {'none' if value is None else number(value)}"
         f" (the claim: {_interval(*statement.claim.bounds[name])})"
-        for name, value in verdict.numbers.items()
+        for name, value in statement.claim.failing(verdict.numbers).items()
     ]
     return "does not agree: measured " + ", ".join(parts)
 

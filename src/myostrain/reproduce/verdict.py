@@ -36,7 +36,11 @@ class Claim:
 
     def holds(self, numbers: Numbers) -> bool:
         """Whether every number exists and lies within its bounds."""
-        return all(_within(numbers[name], bounds) for name, bounds in self.bounds.items())
+        return not self.failing(numbers)
+
+    def failing(self, numbers: Numbers) -> dict[str, float | None]:
+        """Those of its numbers that do not exist or lie outside of their bounds."""
+        return {name: numbers[name] for name in self.bounds if not _within(numbers[name], self.bounds[name])}
 
 
 @dataclass(frozen=True)
