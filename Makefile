@@ -7,7 +7,7 @@ RUN = $(UV) run --no-sync
 READY = .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test torture lint format bench clean
+.PHONY: help setup demo test torture lint format bench docs clean
 
 help:
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-7s %s\n", $$1, $$2 }' Makefile
@@ -42,6 +42,10 @@ format: $(READY) ## format the code and apply the safe fixes
 
 bench: $(READY) ## measure work against precision, write docs/benchmarks.md (half an hour); options in ARGS
 	$(RUN) python benchmarks/work_precision.py $(ARGS)
+
+docs: $(READY) ## build the documentation in build/docs (no network); start with build/docs/index.html
+	$(RUN) sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs
+	@echo 'documentation: build/docs/index.html'
 
 clean: ## remove the environment, tools, caches and builds; keeps runs/
 	rm -rf .venv .tools build dist .hypothesis .mypy_cache .pytest_cache .ruff_cache

@@ -215,7 +215,8 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> float:
     if (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any():
         raise InputError(
             "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v (γ = −βv needs "
-            'β < 0.5); a smaller beta, potential.balance = "advective", or mechanics.relaxation_time > 0',
+            'β < 0.5); a smaller beta, potential.balance = "advective", or on a line '
+            "mechanics.relaxation_time > 0",
             key,
         )
     return float(np.max(-v * np.gradient(gamma, v) / (1 + gamma)))

@@ -67,10 +67,10 @@ class Mechanics:
         law: Activation law γ(v).
         deformation: Active deformation Fo(γ).
         robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more.
-        robin_boundary: Named parts of the boundary that it acts on; None for all of it.
+        robin_boundary: Named parts of the boundary that it acts on; all of it unless given.
         fixed: Named parts of the boundary where u = 0.
         body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
-        relaxation_time: λ of the Kelvin–Voigt body, see :class:`ActiveBody`; zero for an elastic one.
+        relaxation_time: λ of the Kelvin–Voigt body, (4.14) on a line; zero for an elastic one.
         imposed_stretch: A stretch that holds the body for an initial time.
         options: PETSc options of the linear solver.
         tolerance: Largest error of the displacement from iterating, relative to the body's extent.

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.reproduce.content import Chapter, Statement
+from myostrain.reproduce.formulas import mathml
 
 import jinja2
-import latex2mathml.converter
 import numpy as np
 from markdown_it import MarkdownIt
 from markupsafe import Markup
@@ -70,8 +70,7 @@ def _markdown() -> MarkdownIt:
 
 
 def _mathml(formula: str, options: Mapping[str, Any]) -> str:
-    display = "block" if options["display_mode"] else "inline"
-    return latex2mathml.converter.convert(formula, display=display)
+    return mathml(formula, display=options["display_mode"])
 
 
 def text(markdown: str) -> Markup:

@@ -2,6 +2,7 @@
 
 ``[claims.NAME]``: ``where``, ``quote``, ``because`` (why these bounds),
 ``bounds = { number = [least, most] }``.
+``[verdicts]``: by the name of a claim, what its verdict was when last examined.
 ``[measured]``: by the name of a number, what the chapter measured when it was last examined: ``value``,
 ``within`` (absolute, from measured convergence), ``settings`` ("quick" or "full"). The tests assert them.
 

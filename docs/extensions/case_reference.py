@@ -1,0 +1,184 @@
+"""The reference of the case file, made of the classes that check it: it cannot differ from them."""
+
+import dataclasses
+import inspect
+import re
+import types
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+
+from myostrain import case, geometry, initial, mechanics, potential, simulation
+
+PLACE = "<!-- case reference -->"
+
+#: Where the meaning of a section's keys is written, if not at the section itself.
+MEANINGS = {
+    case.PotentialSection: potential.Potential,
+    case.MechanicsSection: mechanics.Mechanics,
+    case.TimeSection: simulation.Simulation,
+}
+
+PROBES = """
+`NAME = [x, ...]`: a material point by a name of yours; its activation time goes into `results.json`, its
+values into `probes.csv`. The celerity is taken between the first two.
+""".strip()
+
+SOLVER = """
+`[solver.potential]` and `[solver.mechanics]` hold options of PETSc's linear solvers without a prefix, such as
+`ksp_type`, `pc_type` or `ksp_rtol`. They win over the defaults. Options that would run code or touch files
+are refused.
+""".strip()
+
+
+def reference() -> str:
+    """The reference as Markdown, a heading a section."""
+    sections = {
+        "geometry": [choice("kind", case.GEOMETRIES), *variants("kind", case.GEOMETRIES)],
+        "fibres": [keys(geometry.UniformFibres)],
+        "cell": [choice("model", case.CELLS, "FitzHughNagumo"), *variants("model", case.CELLS)],
+        "potential": [keys(case.PotentialSection)],
+        "initial": [keys(initial.Bump, intro=True)],
+        "activation": [
+            choice("law", case.LAWS, "proportional"),
+            choice("deformation", case.DEFORMATIONS, "fibre"),
+            *variants("law", case.LAWS),
+            *variants("deformation", case.DEFORMATIONS),
+        ],
+        "material": [
+            choice("model", case.MATERIALS, "Spring on a line, else NeoHookean"),
+            *variants("model", case.MATERIALS),
+        ],
+        "mechanics": [
+            choice("kinematics", case.KINEMATICS),
+            *variants("kinematics", case.KINEMATICS),
+            "### Keys for all kinematics",
+            keys(case.MechanicsSection),
+            "### `imposed_stretch = { ... }`",
+            keys(mechanics.ImposedStretch, intro=True),
+        ],
+        "time": [
+            keys(case.TimeSection),
+            choice("scheme", case.SCHEMES, "second-order"),
+            *variants("scheme", case.SCHEMES, moved={"every": "mechanics.every"}),
+        ],
+        "probes": [PROBES],
+        "output": [keys(case.OutputSection)],
+        "solver": [SOLVER],
+    }
+    assert sections.keys() == case.SECTIONS.keys()
+    texts = ", ".join(f"`{key}`" for key in case.TEXTS)
+    parts = [f"Above the sections, a case may have the texts {texts}."]
+    for name, content in sections.items():
+        needed = "must be there" if case.SECTIONS[name] else "may be left out"
+        parts += [f"## `[{name}]`", f"This section {needed}.", *content]
+    return "\n\n".join(parts)
+
+
+def choice(key, choices, default=None):
+    words = " or ".join(f'`"{word}"`' for word in choices)
+    usual = "required" if default is None else f"default {default if ' ' in default else quoted(default)}"
+    return f"`{key}`\n: {words}; {usual}."
+
+
+def variants(key, choices, moved=None):
+    for word, cls in choices.items():
+        yield f'### `{key} = "{word}"`'
+        yield keys(cls, intro=True, moved=moved)
+
+
+def keys(cls, *, intro=False, moved=None):
+    """The keys of a class: type, default, meaning."""
+    parts = [summary(cls)] if intro else []
+    hints = typing.get_type_hints(cls, include_extras=True)
+    meanings = arguments(cls) or arguments(MEANINGS.get(cls))
+    fields = dataclasses.fields(cls)
+    for field in fields:
+        meaning = meanings[field.name]
+        name = (moved or {}).get(field.name, field.name)
+        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        usual = "required" if required else f"default {value(field.default)}"
+        if not required and field.default is None:
+            usual = "may be left out"
+        parts.append(f"`{name}`\n: {in_words(hints[field.name])}; {usual}.\\\n  {meaning}")
+    return "\n\n".join(parts) if fields else "\n\n".join([*parts, "It has no keys of its own."])
+
+
+def in_words(hint):
+    """What a value may be, in words."""
+    origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Annotated:
+        limits = [text for field in args[1:] for text in map(limit, getattr(field, "metadata", ())) if text]
+        return " ".join([in_words(args[0]), *([" and ".join(limits)] if limits else [])])
+    if origin is typing.Literal:
+        return " or ".join(quoted(arg) for arg in args)
+    if origin in (typing.Union, types.UnionType):
+        return ", or ".join(in_words(arg) for arg in args if arg is not type(None))
+    if origin is tuple:
+        return f"list of {'' if args[-1] is Ellipsis else f'{len(args)} '}{several(args[0])}"
+    if origin is Mapping:
+        return f"table of {several(args[1])} by name"
+    if dataclasses.is_dataclass(hint):
+        return "table, see below"
+    return {float: "number", int: "integer", bool: "true or false", str: "text", Path: "path"}[hint]
+
+
+def several(hint):
+    """The same for many."""
+    if typing.get_origin(hint) is typing.Literal:
+        return f"words out of {', '.join(quoted(arg) for arg in typing.get_args(hint))}"
+    first, *rest = in_words(hint).split(" ")
+    return " ".join([f"{first}s", *rest])
+
+
+def limit(constraint):
+    signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+    for name, sign in signs.items():
+        if hasattr(constraint, name):
+            return f"{sign} {getattr(constraint, name):g}"
+    return None
+
+
+def value(default):
+    if isinstance(default, bool):
+        return f"`{str(default).lower()}`"
+    if isinstance(default, str):
+        return quoted(default)
+    if isinstance(default, tuple):
+        return f"`{list(default)}`".replace("'", '"')
+    return f"`{default}`"
+
+
+def quoted(word):
+    return f'`"{word}"`'
+
+
+def summary(cls):
+    """A docstring up to its list of arguments, as Markdown."""
+    return markdown(re.split(r"\n\s*(?:Args|Attributes|Raises|Returns):", inspect.getdoc(cls))[0])
+
+
+def arguments(cls):
+    """The arguments that a docstring in Google style explains, by name."""
+    text = inspect.getdoc(cls) if cls else ""
+    block = re.search(r"^Args:\n(.*?)(?=^\S|\Z)", text, re.MULTILINE | re.DOTALL)
+    if block is None:
+        return {}
+    found = re.findall(r"^ {4}(\w+): (.*?)(?=^ {4}\w|\Z)", block[1], re.MULTILINE | re.DOTALL)
+    return {name: markdown(" ".join(meaning.split())) for name, meaning in found}
+
+
+def markdown(text):
+    """The little mark-up of docstrings as Markdown."""
+    text = re.sub(r":\w+:`~?\.?(.*?)`", r"`\1`", text)
+    text = text.replace("``", "`")
+    return re.sub(r"(?<!`)([<*])(?!`)", r"\\\1", text)
+
+
+def fill(app, docname, source):
+    source[0] = source[0].replace(PLACE, reference()) if PLACE in source[0] else source[0]
+
+
+def setup(app):
+    app.connect("source-read", fill)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
