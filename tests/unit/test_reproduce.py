@@ -102,7 +102,7 @@ def test_outcomes_are_kept_under_parameters_and_code(tmp_path, counted, monkeypa
     twice = {"a": Job("counted.square", {"x": 5}), "b": Job("counted.square", {"x": 5}, cost=9.0)}
     assert run_jobs(twice, store, workers=1).keys() == {"a", "b"}
     assert counted == [3, 4, 4, 5]
-    monkeypatch.setattr(jobs, "_code", lambda: "other code")
+    monkeypatch.setattr(jobs, "_code", lambda measurement: "other code")
     run(store, 3)
     assert counted == [3, 4, 4, 5, 3]
     for file in tmp_path.iterdir():
@@ -127,7 +127,8 @@ def test_a_failure_names_the_computation(tmp_path, counted):
 
 
 def test_the_code_that_counts(tmp_path, monkeypatch):
-    """The key changes with any module that computes, and not with a chapter's text or a figure's colours."""
+    """The key changes with any module that computes, and the measurement that it is of and those it imports;
+    not with a chapter's text, a figure's colours or another measurement."""
     source = Path(ms.__file__).parent
     copy = tmp_path / "myostrain"
     shutil.copytree(source, copy, ignore=shutil.ignore_patterns("__pycache__"))
@@ -135,11 +136,16 @@ def test_the_code_that_counts(tmp_path, monkeypatch):
 
     def code():
         jobs._code.cache_clear()
-        return jobs._code()
+        return jobs._code("sheets")
 
     try:
         before = code()
-        for file in ("reproduce/chapters/viscosity.py", "output/figures_style.py", "reproduce/page.py"):
+        for file in (
+            "reproduce/chapters/viscosity.py",
+            "output/figures_style.py",
+            "reproduce/page.py",
+            "reproduce/measurements/springs.py",
+        ):
             (copy / file).write_text("# changed")
             assert code() == before
         for file in (

@@ -8,6 +8,7 @@ import importlib
 import json
 import multiprocessing
 import os
+import re
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
@@ -63,20 +64,38 @@ class Job:
     @property
     def key(self) -> str:
         """What the outcome is kept under: parameters, and the code that computes."""
-        content = json.dumps([self.function, self.parameters, _code()], sort_keys=True)
+        content = json.dumps(
+            [self.function, self.parameters, _code(self.function.split(".")[0])], sort_keys=True
+        )
         return hashlib.sha256(content.encode()).hexdigest()[:32]
 
 
+#: How one measurement imports another.
+IMPORTED = r"^from myostrain\.reproduce\.measurements(?:\.(\w+)| import (\w+))"
+
+
 @cache
-def _code() -> str:
-    """A fingerprint of the code that computes: not of chapters, figures and the page."""
+def _code(measurement: str) -> str:
+    """A fingerprint of the code that computes: the package without page and figures, and one measurement."""
     root = Path(__file__).parents[1]
-    shown = (root / "reproduce" / "chapters", root / "cli.py", root / "reproduce" / "page.py")
+    shown = {root / "cli.py", root / "progress.py", *root.glob("output/figures*.py")}
+    page = root / "reproduce"
+    paths = {path for path in root.rglob("*.py") if path not in shown and not path.is_relative_to(page)}
     digest = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        if not path.name.startswith("figures") and not any(path.is_relative_to(part) for part in shown):
-            digest.update(path.read_bytes())
+    for path in sorted(paths | _measured_by(page / "measurements", measurement, set())):
+        digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def _measured_by(folder: Path, name: str, known: set[Path]) -> set[Path]:
+    """The file of a measurement, and of those that it imports from."""
+    path = folder / f"{name}.py"
+    if path not in known and path.is_file():
+        known.add(path)
+        text = path.read_text(encoding="utf-8")
+        for names in re.findall(IMPORTED, text, re.MULTILINE):
+            _measured_by(folder, "".join(names), known)
+    return known
 
 
 class Store:
