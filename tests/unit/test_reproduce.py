@@ -105,10 +105,13 @@ def test_outcomes_are_kept_under_parameters_and_code(tmp_path, counted, monkeypa
     monkeypatch.setattr(jobs, "_code", lambda measurement: "other code")
     run(store, 3)
     assert counted == [3, 4, 4, 5, 3]
+    monkeypatch.setattr(jobs, "versions", lambda: {"dolfinx": "another"})
+    run(store, 3)
+    assert counted == [3, 4, 4, 5, 3, 3]
     for file in tmp_path.iterdir():
         file.write_bytes(file.read_bytes()[:50])
     run(store, 3)
-    assert counted == [3, 4, 4, 5, 3, 3]
+    assert counted == [3, 4, 4, 5, 3, 3, 3]
 
 
 def test_a_store_that_cannot_be_written_is_no_error(tmp_path, counted):

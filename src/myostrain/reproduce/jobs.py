@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from myostrain.engine import versions
 from myostrain.errors import ComputationError
 
 import numpy as np
@@ -63,10 +64,9 @@ class Job:
 
     @property
     def key(self) -> str:
-        """What the outcome is kept under: parameters, and the code that computes."""
-        content = json.dumps(
-            [self.function, self.parameters, _code(self.function.split(".")[0])], sort_keys=True
-        )
+        """What the outcome is kept under: parameters, the code that computes, and what it computes with."""
+        code = _code(self.function.split(".")[0])
+        content = json.dumps([self.function, self.parameters, code, versions()], sort_keys=True)
         return hashlib.sha256(content.encode()).hexdigest()[:32]
 
 
