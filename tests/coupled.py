@@ -55,7 +55,7 @@ def line(
     return model
 
 
-def sheet(scheme=None, *, kinematics=None, diffusivity=100.0, cells=11, options=TIGHT):
+def sheet(scheme=None, *, kinematics=None, diffusivity=100.0, relaxation_time=0.0, cells=11, options=TIGHT):
     """A square sheet of side 30 on the elastic support (7.8), a bump in one corner, fibres along (1, −1)."""
     body = ms.build(
         ms.geometry.Rectangle(size=(30.0, 30.0), spacing=30.0 / cells),
@@ -67,6 +67,7 @@ def sheet(scheme=None, *, kinematics=None, diffusivity=100.0, cells=11, options=
         material=ms.materials.NeoHookean(),
         law=ms.activation.Proportional(beta=0.3),
         robin=1.0,
+        relaxation_time=relaxation_time,
         tolerance=1e-11,
     )
     potential = ms.Potential(

@@ -170,6 +170,7 @@ SHEETS = {
         (5e-4, 2.5e-4, 1.25e-4),
     ),
     "plane strain, J = 1": (dict(kinematics=ms.kinematics.PlaneStrain()), STEPS),
+    "viscous": (dict(kinematics=ms.kinematics.PlaneStress(), relaxation_time=0.08), STEPS),
 }
 
 
