@@ -1,8 +1,12 @@
 """`myostrain reproduce` around its chapters: jobs and what is kept of them, verdicts, the page."""
 
+import contextlib
 import json
+import os
 import re
 import shutil
+import signal
+import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -16,7 +20,7 @@ from myostrain.reproduce.verdict import Claim, claims, expected, judge
 import numpy as np
 import pytest
 
-from small_cases import command_line, strict_json
+from small_cases import COMMAND, command_line, strict_json
 
 CLAIM = Claim("faster", "section 6", "of order $10\\,\\%$ <b>", {"ratio": (1.05, 1.15)}, "an order")
 
@@ -332,3 +336,31 @@ def test_the_command_line(tmp_path, monkeypatch):
         assert re.search(rf"springs\s+{name}\s+(agrees|does not agree)", done.out)
     assert str(tmp_path / "out" / "index.html") in done.out
     Parsed((tmp_path / "out" / "index.html").read_text(encoding="utf-8"))
+
+
+def test_an_interrupt_ends_the_workers(tmp_path):
+    """Ctrl-C, which the terminal sends to the whole group: exit status 130, one line, and no process left."""
+    arguments = (
+        "reproduce",
+        "viscous-sheet",
+        "--quick",
+        "--fresh",
+        "--quiet",
+        "--out",
+        str(tmp_path / "out"),
+    )
+    process = subprocess.Popen(
+        [*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        first = process.stderr.readline()
+        assert "% done" in first
+        os.killpg(process.pid, signal.SIGINT)
+        _, rest = process.communicate(timeout=20)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    assert process.returncode == 130
+    assert "interrupted" in rest
+    assert "Traceback" not in rest
+    assert not (tmp_path / "out" / "index.html").exists()

@@ -9,6 +9,7 @@ import json
 import multiprocessing
 import os
 import re
+import signal
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
@@ -197,19 +198,24 @@ def _computed(jobs: Mapping[str, tuple[str, Job]], workers: int) -> Iterator[tup
                 yield key, job.run()
         return
     os.environ.setdefault("OMP_NUM_THREADS", "1")  # the workers inherit it before they load any library
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+    context = multiprocessing.get_context("spawn")
+    # An interrupt is this process's to handle: it ends the workers.
+    with ProcessPoolExecutor(workers, context, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+        running: dict[Future[Found], tuple[str, str]] = {
+            pool.submit(job.run): (key, name) for key, (name, job) in ordered
+        }
         try:
-            running: dict[Future[Found], tuple[str, str]] = {
-                pool.submit(job.run): (key, name) for key, (name, job) in ordered
-            }
             while running:
                 ready, _ = wait(running, return_when=FIRST_COMPLETED)
                 for future in ready:
                     key, name = running.pop(future)
                     with _named(name):
                         yield key, future.result()
-        finally:
+        except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            for worker in multiprocessing.active_children():
+                worker.terminate()
+            raise
 
 
 @contextlib.contextmanager
