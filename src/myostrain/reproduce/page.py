@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from myostrain.reproduce.chapters import names
 from myostrain.reproduce.content import Chapter, Statement
 from myostrain.reproduce.formulas import mathml
 
@@ -58,6 +59,7 @@ def html_page(
         numbers=numbers,
         counts={kind: sum(kind == one for one in every) for kind in BADGES},
         flags=flags,
+        parts="" if list(chapters) == names() else "".join(f" {name}" for name in chapters),
         badges=BADGES,
     )
 
