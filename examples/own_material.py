@@ -15,8 +15,8 @@ class FibreReinforced:
     kappa: float = 2.0
     tensor_dim = 3  # Fe is 3 × 3; 1 on a line
 
-    def energy(self, Fe, f0):
-        fibre = Fe * f0
+    def energy(self, Fe, fibres):
+        fibre = Fe * fibres.f0
         return self.mu / 2 * (ufl.inner(Fe, Fe) - 3) + self.kappa / 4 * (ufl.dot(fibre, fibre) - 1) ** 2
 
 

@@ -49,8 +49,7 @@ class ActiveBody:
         self._material = with_constants(material, mesh)
         self._law = with_constants(law, mesh)
         self._active = with_constants(deformation or Fibre(), mesh)
-        dim = kinematics.tensor_dim
-        self._fibre = ufl.as_vector([body.f0[i] if i < body.dim else 0 for i in range(dim)])
+        self._fibres = body.fibres.lifted(body.dim, kinematics.tensor_dim)
         self._relaxation_time = fem.Constant(mesh, float(relaxation_time)) if relaxation_time > 0 else None
 
     def displacement(self, u: fem.Function) -> Any:
@@ -63,7 +62,7 @@ class ActiveBody:
 
     def active(self, v: Any) -> Any:
         """Fo for the potential v, in the dimension that materials see."""
-        return self._active.tensor(self._law.gamma(v), self._fibre)
+        return self._active.tensor(self._law.gamma(v), self._fibres)
 
     def lifted(self, u: fem.Function, v: Any) -> Any:
         """F in the dimension that materials see."""
@@ -71,7 +70,7 @@ class ActiveBody:
 
     def stored(self, F: Any, Fo: Any) -> Any:
         """Jo W(F Fo⁻¹), the energy per reference volume of the lifted F."""
-        return ufl.det(Fo) * self._material.energy(F * ufl.inv(Fo), self._fibre)
+        return ufl.det(Fo) * self._material.energy(F * ufl.inv(Fo), self._fibres)
 
     def energy(self, u: fem.Function, v: Any) -> Any:
         """Energy per reference volume, minus the pressure's work on the constraint, if there is one (3.3)."""

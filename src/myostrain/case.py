@@ -25,6 +25,7 @@ from myostrain.validation import Flag, NonNegative, Positive, description
 GEOMETRIES = {
     "line": geometry.Line,
     "rectangle": geometry.Rectangle,
+    "slab": geometry.Slab,
     "ellipse": geometry.Ellipse,
     "file": geometry.MeshFile,
 }
@@ -32,6 +33,7 @@ KINEMATICS = {
     "line": kinematics.Line,
     "plane-stress": kinematics.PlaneStress,
     "plane-strain": kinematics.PlaneStrain,
+    "solid": kinematics.Solid,
 }
 
 

@@ -1,6 +1,6 @@
-"""Kinematics: what a line, a plane-stress or a plane-strain sheet means in three dimensions.
+"""Kinematics: what a line, a plane-stress or a plane-strain sheet and a solid mean in three dimensions.
 
-A kinematics object turns the gradient of the unknown displacement (1 × 1 or 2 × 2) into the deformation
+A kinematics object turns the gradient of the unknown displacement (1 × 1 to 3 × 3) into the deformation
 gradient F that the energy sees (1.1), says what det F is in the balance of the potential (2.8), and whether
 a pressure is unknown. Materials never see the dimension of the mesh.
 """
@@ -129,6 +129,35 @@ class PlaneStrain:
 
     def constraint_residual(self, F: Any, Jo: Any) -> Any:
         """det F₂ − J."""
+        return ufl.det(F) - _target(self.constraint, Jo)
+
+
+@description
+class Solid:
+    """Incompressible solid, the paper's general model (3.5)–(3.8): J by a pressure unknown.
+
+    The pair of displacement (P2) and pressure (P1) is the stable one of Taylor and Hood.
+
+    Args:
+        constraint: "total": J = 1 (3.8); "elastic": det Fe = 1, so that J = Jo.
+    """
+
+    constraint: Constraint = "total"
+    dim: ClassVar[int] = 3
+    tensor_dim: ClassVar[int] = 3
+    has_pressure: ClassVar[bool] = True
+    degree: ClassVar[int] = 2
+
+    def lift(self, F: Any, Jo: Any) -> Any:
+        """F itself, 3 × 3."""
+        return F
+
+    def volume_ratio(self, F: Any, Jo: Any) -> Any:
+        """J = 1, or Jo where the elastic part is isochoric (exactly, not as the pressure enforces it)."""
+        return _target(self.constraint, Jo)
+
+    def constraint_residual(self, F: Any, Jo: Any) -> Any:
+        """det F − J."""
         return ufl.det(F) - _target(self.constraint, Jo)
 
 

@@ -185,7 +185,8 @@ class Mechanics:
         self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
         if mixed:
             stress = active.cauchy_without_pressure(self.u, self.v)
-            self._plane_mean = compile_form((stress[0, 0] + stress[1, 1]) / 2 * test * self._dx)
+            mean = sum(stress[i, i] for i in range(body.dim)) / body.dim
+            self._mean_stress = compile_form(mean * test * self._dx)
         self._stress_trace = compile_form(ufl.tr(self.cauchy()) * test * self._dx)
 
     def cauchy(self) -> Any:
@@ -304,12 +305,12 @@ class Mechanics:
         self._set_pressure()
 
     def _set_pressure(self) -> None:
-        """At rest nothing determines the pressure: take the one without mean stress in the plane."""
+        """At rest nothing determines the pressure: take the one without mean stress in the body."""
         for constant in self._rates:
             constant.value = 0.0
         if self.kinematics.has_pressure:
             pressure = fem.Function(self.v.function_space)
-            pressure.x.array[:] = assemble_nodal(self._plane_mean) / self._nodal_weight
+            pressure.x.array[:] = assemble_nodal(self._mean_stress) / self._nodal_weight
             self.u.sub(1).interpolate(pressure)
 
     def state(self) -> State:

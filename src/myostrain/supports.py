@@ -36,29 +36,38 @@ def fixed_conditions(
 
 
 def rigid_body_pins(body: Body, space: fem.FunctionSpace, mixed: bool) -> list[fem.DirichletBC]:
-    """Hold a free body at as many components as it has rigid motions (1 on a line, 3 on a sheet).
+    """Hold a free body at as many components as it has rigid motions (1, 3 or 6).
 
-    The node nearest to the body's lowest corner is held entirely, the one farthest from it in the direction
-    across: a statically determinate support, whose reactions vanish because nothing else acts on the body.
+    The node nearest to the body's lowest corner is held entirely, the one farthest from it across the line
+    that joins them, and in a solid one more against the rotation about that line: a statically determinate
+    support, whose reactions vanish because nothing else acts on the body.
     """
     low, _ = body.extent()
-    first = _node(body, low, nearest=True)
+    first = _node(body, lambda x: np.linalg.norm(x - low, axis=1))
     pins = [(first, component) for component in range(body.dim)]
-    if body.dim == 2:
-        second = _node(body, first, nearest=False)
-        arm = np.abs(second - first)
-        pins.append((second, int(np.argmin(arm))))
+    if body.dim > 1:
+        second = _node(body, lambda x: -np.linalg.norm(x - first, axis=1))
+        arm = second - first
+        along = int(np.argmax(np.abs(arm)))
+        pins += [(second, component) for component in range(body.dim) if component != along]
+    if body.dim == 3:  # the rotation about the arm is left: the node that it moves most, where it goes
+
+        def turned(x: np.ndarray) -> np.ndarray:
+            return np.abs(np.cross(arm, x - first))
+
+        third = _node(body, lambda x: -turned(x).max(axis=1))
+        pins.append((third, int(np.argmax(turned(third[None])))))
     return [
         condition for point, component in pins for condition in _pin(body, space, mixed, point, component)
     ]
 
 
-def _node(body: Body, point: Any, *, nearest: bool) -> np.ndarray:
-    """The mesh node nearest to (or farthest from) a point; the same on every number of processes."""
+def _node(body: Body, score: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """The mesh node (dim,) with the least score; the same on every number of processes."""
     x = body.mesh.geometry.x[:, : body.dim]
-    distance = np.linalg.norm(x - point, axis=1) * (1.0 if nearest else -1.0)
-    # Equal distances are told apart by the coordinates, not by the numbering, which depends on the processes.
-    candidates = [(round(float(d), 9), *map(float, xi)) for d, xi in zip(*_best(distance, x), strict=True)]
+    scores = score(x)
+    # Equal scores are told apart by the coordinates, not by the numbering, which depends on the processes.
+    candidates = [(round(float(d), 9), *map(float, xi)) for d, xi in zip(*_best(scores, x), strict=True)]
     best = min(body.comm.allgather(min(candidates, default=(np.inf, *([np.inf] * body.dim)))))
     return np.array(best[1:])
 

@@ -3,6 +3,7 @@
 import myostrain as ms
 from myostrain import activation, kinematics
 from myostrain.activation import Fibre, Proportional
+from myostrain.geometry import Microstructure
 from myostrain.kinematics import Deformation, Line, PlaneStrain, PlaneStress
 from myostrain.materials import MooneyRivlin
 
@@ -45,7 +46,7 @@ class Active:
     def __init__(self, deformation, dim):
         mesh = sample_mesh(N)
         self._gamma, self._f0 = field(mesh, ()), field(mesh, (dim,))
-        self._evaluate = at_midpoints(deformation.tensor(self._gamma, self._f0), mesh)
+        self._evaluate = at_midpoints(deformation.tensor(self._gamma, Microstructure(self._f0)), mesh)
 
     def __call__(self, gamma, f0):
         put(self._gamma, gamma)
@@ -54,7 +55,7 @@ class Active:
 
 
 def test_every_export_is_a_law_or_a_deformation():
-    """activation/__init__: a law has gamma(v), a deformation has tensor(gamma, f0); each export is one of
+    """activation/__init__: a law has gamma(v), a deformation has tensor(gamma, fibres); each export is one of
     them.
     """
     assert {Proportional} <= set(LAWS)

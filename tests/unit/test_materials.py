@@ -3,6 +3,7 @@
 import dataclasses
 
 from myostrain import materials
+from myostrain.geometry import Microstructure
 from myostrain.materials import MooneyRivlin, NeoHookean, Spring
 from myostrain.validation import with_constants
 
@@ -44,7 +45,7 @@ class Points:
         self._F, self._H = field(mesh, (self.dim,) * 2), field(mesh, (self.dim,) * 2)
         self._f0 = field(mesh, (self.dim,))
         F = ufl.variable(self._F)
-        W = with_constants(material, mesh).energy(F, self._f0)
+        W = with_constants(material, mesh).energy(F, Microstructure(self._f0))
         P = ufl.diff(W, F)
         tangent = ufl.diff(ufl.inner(P, self._H), F)
         pairs = [(i, j) for i in range(self.dim) for j in range(self.dim)]

@@ -196,7 +196,7 @@ class Diagonal:
     def __init__(self, first, second):
         self.first, self.second = first, second
 
-    def tensor(self, gamma, f0):
+    def tensor(self, gamma, fibres):
         return ufl.as_tensor([[self.first, 0, 0], [0, self.second, 0], [0, 0, 1.0]])
 
 

@@ -6,6 +6,7 @@ import myostrain as ms
 from myostrain.activation import Fibre, Proportional
 from myostrain.active_body import ActiveBody
 from myostrain.engine import compile_form, fem
+from myostrain.geometry import Microstructure
 from myostrain.kinematics import PlaneStrain, PlaneStress
 from myostrain.materials import MooneyRivlin, NeoHookean
 
@@ -40,7 +41,7 @@ def stress_in_three_dimensions(F, F_rate, gamma, n, material):
     for function, samples in ((rate, E_rate), (fibre, n), (strain, gamma)):
         put(function, samples)
     solid = SimpleNamespace(tensor_dim=3, has_pressure=False)
-    body = SimpleNamespace(mesh=mesh, dim=3, f0=fibre)
+    body = SimpleNamespace(mesh=mesh, dim=3, fibres=Microstructure(fibre))
     equations = ActiveBody(body, solid, material, GivenStrain(strain), Fibre(), LAMBDA)
     S = at_midpoints(equations.viscous_stress(rate, None), mesh)().reshape(-1, 3, 3)
     return S, E_rate

@@ -1,7 +1,7 @@
 """Activation: a law gives γ from the potential, a deformation gives Fo from γ; one of each a file.
 
-A law has ``gamma(v)`` in plain arithmetic or UFL functions; a deformation has ``tensor(gamma, f0)``. Each is
-replaceable by an object of the user's script.
+A law has ``gamma(v)`` in plain arithmetic or UFL functions; a deformation has ``tensor(gamma, fibres)``. Each
+is replaceable by an object of the user's script.
 """
 
 from typing import Any, Protocol
@@ -21,8 +21,8 @@ class ActivationLaw(Protocol):
 class ActiveDeformation(Protocol):
     """What the mechanics asks of an active deformation."""
 
-    def tensor(self, gamma: Any, f0: Any) -> Any:
-        """Fo for the active strain γ and the unit fibre f0."""
+    def tensor(self, gamma: Any, fibres: Any) -> Any:
+        """Fo for the active strain γ and the unit directions ``fibres.f0``, ``s0``, ``n0``."""
         ...
 
 

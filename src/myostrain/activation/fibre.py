@@ -11,6 +11,7 @@ import ufl
 class Fibre:
     """Fo = 1 + γ n⊗n (1.4), with det Fo = 1 + γ."""
 
-    def tensor(self, gamma: Any, f0: Any) -> Any:
-        """Fo for the active strain γ (UFL scalar) and the unit fibre f0 (UFL vector)."""
+    def tensor(self, gamma: Any, fibres: Any) -> Any:
+        """Fo for the active strain γ (UFL scalar) along ``fibres.f0`` (UFL vector)."""
+        f0 = fibres.f0
         return ufl.Identity(len(f0)) + gamma * ufl.outer(f0, f0)

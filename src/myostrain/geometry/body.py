@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
-from myostrain.engine import MPI, fem, lasting
+from myostrain.engine import MPI, lasting
 from myostrain.errors import InputError, nearest
-from myostrain.validation import Number, description
+from myostrain.geometry.fibres import Fibres, Microstructure, UniformFibres
+from myostrain.geometry.meshed import Meshed
 
 import numpy as np
 import numpy.typing as npt
@@ -20,40 +21,26 @@ MAX_CELLS = 50_000_000
 
 
 @dataclass(frozen=True)
-class Meshed:
-    """A mesh with named parts.
-
-    Args:
-        mesh: The mesh, whose geometry has its own dimension (1, 2 or 3).
-        facet_tags: Tags of boundary facets, or None.
-        boundaries: Tag of each named part of the boundary.
-        cell_tags: Tags of cells, or None.
-        regions: Tag of each named region.
-    """
-
-    mesh: dmesh.Mesh
-    facet_tags: dmesh.MeshTags | None
-    boundaries: Mapping[str, int]
-    cell_tags: dmesh.MeshTags | None
-    regions: Mapping[str, int]
-
-
-@dataclass(frozen=True)
 class Body:
     """A reference body: what solvers are made on.
 
     Args:
         meshed: Mesh and its named parts.
-        f0: Unit fibre direction in the reference configuration, a UFL vector of the mesh's dimension.
+        fibres: Unit directions of fibres, sheets and sheet normals.
     """
 
     meshed: Meshed
-    f0: Any
+    fibres: Microstructure
 
     @property
     def mesh(self) -> dmesh.Mesh:
         """The mesh."""
         return self.meshed.mesh
+
+    @property
+    def f0(self) -> Any:
+        """Unit fibre direction in the reference configuration, a UFL vector of the mesh's dimension."""
+        return self.fibres.f0
 
     @property
     def dim(self) -> int:
@@ -118,61 +105,6 @@ def extent(mesh: dmesh.Mesh) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.fl
     return low, high
 
 
-class Fibres(Protocol):
-    """What a body asks of fibres."""
-
-    def direction_on(self, meshed: Meshed) -> Any:
-        """Unit fibre direction as a UFL vector of the mesh's dimension."""
-        ...
-
-
-def unit(direction: Iterable[float], dim: int, key: str | None = None) -> npt.NDArray[np.float64]:
-    """The direction as a unit vector.
-
-    Raises:
-        InputError: It has another length than ``dim``, is zero, or is not finite.
-    """
-    d = np.asarray(tuple(direction), dtype=float)
-    if d.shape != (dim,):
-        raise InputError(f"{d.tolist()} has {d.size} components, the body has dimension {dim}", key)
-    norm = np.linalg.norm(d)
-    if not np.isfinite(norm) or norm == 0:
-        raise InputError(f"{d.tolist()} is no direction: give a finite, non-zero vector", key)
-    return d / norm
-
-
-@description
-class UniformFibres:
-    """One fibre direction in the whole body, or one in each named region.
-
-    Args:
-        direction: Fibre direction in the reference configuration; any length, made a unit vector.
-        regions: Directions of named regions of the mesh that differ from ``direction``.
-    """
-
-    direction: tuple[Number, ...]
-    regions: Mapping[str, tuple[Number, ...]] | None = None
-
-    def direction_on(self, meshed: Meshed) -> Any:
-        """Unit fibre direction as a UFL vector."""
-        dim = meshed.mesh.geometry.dim
-        n = unit(self.direction, dim, "fibres.direction")
-        if not self.regions:
-            return fem.Constant(meshed.mesh, n)
-        field = fem.Function(fem.functionspace(meshed.mesh, ("DG", 0, (dim,))), name="fibre")
-        values = field.x.array.reshape(-1, dim)
-        values[:] = n
-        for name, direction in self.regions.items():
-            if name not in meshed.regions or meshed.cell_tags is None:
-                hint = nearest(name, meshed.regions) if meshed.regions else "this mesh has no named regions"
-                raise InputError(f"no region is called '{name}'; {hint}", "fibres.regions")
-            values[meshed.cell_tags.find(meshed.regions[name])] = unit(
-                direction, dim, f"fibres.regions.{name}"
-            )
-        field.x.scatter_forward()
-        return field
-
-
 def build(geometry: Any, fibres: Fibres | None = None, comm: Any = MPI.COMM_WORLD) -> Body:
     """Mesh a geometry and lay fibres on it.
 
@@ -189,7 +121,7 @@ def build(geometry: Any, fibres: Fibres | None = None, comm: Any = MPI.COMM_WORL
         if meshed.mesh.geometry.dim > 1:
             raise InputError("this body needs fibres, for example direction = [1, -1]", "fibres.direction")
         fibres = UniformFibres(direction=(1.0,))
-    return Body(meshed, fibres.direction_on(meshed))
+    return Body(meshed, fibres.directions_on(meshed))
 
 
 def cells_along(length: float, spacing: float) -> int:

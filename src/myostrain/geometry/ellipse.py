@@ -2,7 +2,8 @@
 
 from typing import Annotated, Any
 
-from myostrain.geometry.body import Meshed, cells_along, check_size, tag_boundary
+from myostrain.geometry.body import cells_along, check_size, tag_boundary
+from myostrain.geometry.meshed import Meshed
 from myostrain.validation import Positive, description
 
 import basix.ufl

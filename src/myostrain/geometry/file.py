@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
-from myostrain.geometry.body import Meshed
 from myostrain.geometry.checks import check
 from myostrain.geometry.gmsh_model import readable, to_meshed
+from myostrain.geometry.meshed import Meshed
 from myostrain.validation import description
 
 #: Bytes of a file for one node and its cells, at least; measured: 90 to 104 for a sheet of 28,168 nodes,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
-from myostrain.geometry.body import Meshed
+from myostrain.geometry.meshed import Meshed
 
 import dolfinx.io.gmsh as dgmsh
 

@@ -1,10 +1,11 @@
 """Passive materials: one energy a file.
 
-A material is a frozen dataclass with ``energy(Fe, f0)``: the stored energy W per volume of the intermediate
-configuration as a UFL scalar (1.3), and ``tensor_dim``, the dimension of the Fe that it takes (1 for a line,
-else 3). ``f0`` is the unit fibre direction, a UFL vector of that dimension. Stress and tangent follow by
-differentiation; nothing else is written, but for ``modulus``, the stiffness at rest, where the material is to
-be viscous.
+A material is a frozen dataclass with ``energy(Fe, fibres)``: the stored energy W per volume of the
+intermediate configuration as a UFL scalar (1.3), and ``tensor_dim``, the dimension of the Fe that it takes (1
+for a line, else 3). ``fibres`` has the unit directions ``f0``, ``s0`` and ``n0``, UFL vectors of that
+dimension (``s0`` and ``n0`` are None where a solid's fibres come without sheets). Stress and tangent follow
+by differentiation; nothing else is written, but for ``modulus``, the stiffness at rest, where the material is
+to be viscous.
 """
 
 from typing import Any, ClassVar, Protocol
@@ -19,7 +20,7 @@ class Material(Protocol):
 
     tensor_dim: ClassVar[int]
 
-    def energy(self, Fe: Any, f0: Any) -> Any:
+    def energy(self, Fe: Any, fibres: Any) -> Any:
         """Stored energy W(Fe) per volume of the intermediate configuration, a UFL scalar."""
         ...
 

@@ -25,7 +25,7 @@ class MooneyRivlin:
         """Shear modulus at rest, by which viscosity is scaled: μ + μ₂."""
         return self.mu + self.mu_2
 
-    def energy(self, Fe: Any, f0: Any) -> Any:
+    def energy(self, Fe: Any, fibres: Any) -> Any:
         """Stored energy of the elastic deformation Fe (3 × 3)."""
         B = Fe * Fe.T
         first = ufl.tr(B)

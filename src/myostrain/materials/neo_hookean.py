@@ -23,6 +23,6 @@ class NeoHookean:
         """Shear modulus at rest, by which viscosity is scaled."""
         return self.mu
 
-    def energy(self, Fe: Any, f0: Any) -> Any:
+    def energy(self, Fe: Any, fibres: Any) -> Any:
         """Stored energy of the elastic deformation Fe (3 × 3)."""
         return self.mu / 2 * (ufl.inner(Fe, Fe) - 3)

@@ -21,6 +21,6 @@ class Spring:
         """Stiffness, by which viscosity is scaled."""
         return self.mu
 
-    def energy(self, Fe: Any, f0: Any) -> Any:
+    def energy(self, Fe: Any, fibres: Any) -> Any:
         """Stored energy of the stretch Fe (1 × 1)."""
         return self.mu / 2 * (Fe[0, 0] - 1) ** 2

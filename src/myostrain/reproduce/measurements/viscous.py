@@ -13,7 +13,7 @@ from myostrain.active_body import ActiveBody
 from myostrain.case import Case
 from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, fem, jit_options
-from myostrain.geometry import Rectangle, UniformFibres, build
+from myostrain.geometry import Microstructure, Rectangle, UniformFibres, build
 from myostrain.kinematics import PlaneStrain, PlaneStress
 from myostrain.materials import NeoHookean
 from myostrain.mechanics import Mechanics
@@ -189,7 +189,7 @@ def _viscous_stress(n: Array, gamma: Array, relaxation_time: float, mu: float) -
     _put(fields[3,], n)
     _put(fields[()], gamma)
     solid: Any = SimpleNamespace(tensor_dim=3, has_pressure=False)
-    body: Any = SimpleNamespace(mesh=mesh, dim=3, f0=fields[3,])
+    body: Any = SimpleNamespace(mesh=mesh, dim=3, fibres=Microstructure(fields[3,]))
     law: Any = SimpleNamespace(gamma=lambda v: fields[()])
     equations = ActiveBody(body, solid, NeoHookean(mu), law, Fibre(), relaxation_time)
     S = fem.Expression(
