@@ -69,9 +69,9 @@ def rotations(n, dim, rng):
     return Q
 
 
-def deformations(n, dim, rng, *, isochoric=False):
-    """Random F = R U (n, dim, dim): rotations and principal stretches between 0.6 and 1.6."""
-    stretches = np.exp(rng.uniform(np.log(0.6), np.log(1.6), (n, dim)))
+def deformations(n, dim, rng, *, isochoric=False, low=0.6, high=1.6):
+    """Random F = R U (n, dim, dim): rotations and principal stretches from low to high."""
+    stretches = np.exp(rng.uniform(np.log(low), np.log(high), (n, dim)))
     if isochoric:
         stretches /= np.prod(stretches, axis=1, keepdims=True) ** (1 / dim)
     axes = rotations(n, dim, rng)

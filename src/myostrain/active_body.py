@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from myostrain.activation import ActivationLaw, ActiveDeformation, Fibre
+from myostrain.activation import ActivationLaw, ActiveDeformation, ActiveStress, Fibre
 from myostrain.engine import fem
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
@@ -33,6 +33,7 @@ class ActiveBody:
         law: Activation law γ(v).
         deformation: Active deformation Fo(γ).
         relaxation_time: λ, zero for an elastic body.
+        active_stress: A tension beside, or in place of, the active strain; None for none.
     """
 
     def __init__(
@@ -43,12 +44,14 @@ class ActiveBody:
         law: ActivationLaw,
         deformation: ActiveDeformation | None,
         relaxation_time: float,
+        active_stress: ActiveStress | None = None,
     ) -> None:
         mesh = body.mesh
         self.kinematics, self._dim = kinematics, body.dim
         self._material = with_constants(material, mesh)
         self._law = with_constants(law, mesh)
         self._active = with_constants(deformation or Fibre(), mesh)
+        self._active_stress = None if active_stress is None else with_constants(active_stress, mesh)
         self._fibres = body.fibres.lifted(body.dim, kinematics.tensor_dim)
         self._relaxation_time = fem.Constant(mesh, float(relaxation_time)) if relaxation_time > 0 else None
 
@@ -68,13 +71,17 @@ class ActiveBody:
         """F in the dimension that materials see."""
         return self.kinematics.lift(self.gradient(u), ufl.det(self.active(v)))
 
-    def stored(self, F: Any, Fo: Any) -> Any:
-        """Jo W(F Fo⁻¹), the energy per reference volume of the lifted F."""
-        return ufl.det(Fo) * self._material.energy(F * ufl.inv(Fo), self._fibres)
+    def stored(self, F: Any, v: Any) -> Any:
+        """Jo W(F Fo⁻¹), the energy per reference volume of the lifted F, and that of the active stress."""
+        Fo = self.active(v)
+        density = ufl.det(Fo) * self._material.energy(F * ufl.inv(Fo), self._fibres)
+        if self._active_stress is not None:
+            density += self._active_stress.energy(F, self._fibres, v)
+        return density
 
     def energy(self, u: fem.Function, v: Any) -> Any:
         """Energy per reference volume, minus the pressure's work on the constraint, if there is one (3.3)."""
-        density = self.stored(self.lifted(u, v), self.active(v))
+        density = self.stored(self.lifted(u, v), v)
         if self.kinematics.has_pressure:
             Jo = ufl.det(self.active(v))
             density -= ufl.split(u)[1] * self.kinematics.constraint_residual(self.gradient(u), Jo)
@@ -132,9 +139,8 @@ class ActiveBody:
 
     def cauchy_without_pressure(self, u: fem.Function, v: Any, rate: Any = None) -> Any:
         """The Cauchy stress that energy and viscosity give, without pressure."""
-        Fo = self.active(v)
         F = ufl.variable(self.lifted(u, v))
-        sigma = ufl.diff(self.stored(F, Fo), F) * F.T / ufl.det(F)
+        sigma = ufl.diff(self.stored(F, v), F) * F.T / ufl.det(F)
         if rate is None or self._relaxation_time is None:
             return sigma
         S = self.viscous_stress(rate, v)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from myostrain.activation import ActivationLaw, ActiveDeformation
+from myostrain.activation import ActivationLaw, ActiveDeformation, ActiveStress
 from myostrain.active_body import ActiveBody
 from myostrain.engine import MPI, compile_form, fem, jit_options
 from myostrain.errors import ComputationError, InputError
@@ -66,6 +66,7 @@ class Mechanics:
         material: Passive material W(Fe).
         law: Activation law γ(v).
         deformation: Active deformation Fo(γ).
+        active_stress: A tension along the fibre beside the active strain (β = 0 for alone); None for none.
         robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more.
         robin_boundary: Named parts of the boundary that it acts on; all of it unless given.
         fixed: Named parts of the boundary where u = 0.
@@ -95,6 +96,7 @@ class Mechanics:
         material: Material,
         law: ActivationLaw,
         deformation: ActiveDeformation | None = None,
+        active_stress: ActiveStress | None = None,
         robin: float = 0.0,
         robin_boundary: Sequence[str] | None = None,
         fixed: Sequence[str] = (),
@@ -112,7 +114,9 @@ class Mechanics:
         self.seconds = 0.0
         mesh = body.mesh
         mixed = kinematics.has_pressure
-        self._active = active = ActiveBody(body, kinematics, material, law, deformation, relaxation_time)
+        self._active = active = ActiveBody(
+            body, kinematics, material, law, deformation, relaxation_time, active_stress
+        )
         degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
         self._dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
 

@@ -1,13 +1,17 @@
 """Activation: a law gives γ from the potential, a deformation gives Fo from γ; one of each a file.
 
-A law has ``gamma(v)`` in plain arithmetic or UFL functions; a deformation has ``tensor(gamma, fibres)``. Each
-is replaceable by an object of the user's script.
+A law has ``gamma(v)`` in plain arithmetic or UFL functions; a deformation has ``tensor(gamma, fibres)``. The
+other approach, :class:`ActiveStress`, has ``energy(F, fibres, v)``. Each is replaceable by an object of the
+user's script.
 """
 
 from typing import Any, Protocol
 
+from myostrain.activation.active_stress import ActiveStress
 from myostrain.activation.fibre import Fibre
+from myostrain.activation.orthotropic import Orthotropic
 from myostrain.activation.proportional import Proportional
+from myostrain.activation.transversely_isotropic import TransverselyIsotropic
 
 
 class ActivationLaw(Protocol):
@@ -26,4 +30,12 @@ class ActiveDeformation(Protocol):
         ...
 
 
-__all__ = ["ActivationLaw", "ActiveDeformation", "Fibre", "Proportional"]
+__all__ = [
+    "ActivationLaw",
+    "ActiveDeformation",
+    "ActiveStress",
+    "Fibre",
+    "Orthotropic",
+    "Proportional",
+    "TransverselyIsotropic",
+]

@@ -4,27 +4,42 @@ A geometry is a frozen description with ``mesh(comm)``, which gives a :class:`Me
 with fibres into a :class:`Body`, on which solvers are made.
 """
 
+from myostrain.geometry.biventricle import Biventricle
 from myostrain.geometry.body import Body, build
 from myostrain.geometry.ellipse import Ellipse
+from myostrain.geometry.ellipsoidal_fibres import EllipsoidalFibres
+from myostrain.geometry.fibre_file import FileFibres
 from myostrain.geometry.fibres import Fibres, Microstructure, UniformFibres
 from myostrain.geometry.file import MeshFile
 from myostrain.geometry.gmsh_model import readable
+from myostrain.geometry.laplace_fibres import RuleBasedFibres
 from myostrain.geometry.line import Line
 from myostrain.geometry.meshed import Meshed
+from myostrain.geometry.quality import Quality, quality
 from myostrain.geometry.rectangle import Rectangle
 from myostrain.geometry.slab import Slab
+from myostrain.geometry.ventricle import Ventricle
+from myostrain.geometry.xdmf import XdmfFile
 
 __all__ = [
+    "Biventricle",
     "Body",
     "Ellipse",
+    "EllipsoidalFibres",
     "Fibres",
+    "FileFibres",
     "Line",
     "MeshFile",
     "Meshed",
     "Microstructure",
+    "Quality",
     "Rectangle",
+    "RuleBasedFibres",
     "Slab",
     "UniformFibres",
+    "Ventricle",
+    "XdmfFile",
     "build",
+    "quality",
     "readable",
 ]

@@ -14,8 +14,9 @@ import numpy.typing as npt
 Indices = npt.NDArray[np.int64]
 Array = npt.NDArray[np.float64]
 
-#: gmsh's numbers of the straight line and the straight triangle, by dimension.
-CELL_KIND = {1: 1, 2: 2}
+#: gmsh's numbers of the straight line, triangle and tetrahedron, by dimension, and what it calls such bodies.
+CELL_KIND = {1: 1, 2: 2, 3: 4}
+ENTITY = {1: "Curve", 2: "Surface", 3: "Volume"}
 
 
 @dataclass(frozen=True)
@@ -66,20 +67,20 @@ def check(model: Any, dim: int, path: Path) -> None:
     """
     key = "geometry.path"
     if dim not in CELL_KIND:
-        raise InputError(f"{path} has dimension {dim}; a line (1) or a sheet (2) is needed", key)
+        raise InputError(f"{path} has dimension {dim}; a line (1), sheet (2) or solid (3) is needed", key)
     kinds, elements, _ = model.mesh.getElements(dim)
     if not sum(len(tags) for tags in elements):
         raise InputError(f"{path} has no cells of dimension {dim}: was it saved before it was meshed?", key)
     if not model.getPhysicalGroups(dim):
         raise InputError(
             f"{path} has no physical group of dimension {dim}; in gmsh, put the body into one "
-            '(for example `Physical Surface("body") = {1};`), mesh, and save again',
+            f'(for example `Physical {ENTITY[dim]}("body") = {{1}};`), mesh, and save again',
             key,
         )
     strange = [model.mesh.getElementProperties(int(kind))[0] for kind in kinds if kind != CELL_KIND[dim]]
     if strange:
         raise InputError(
-            f"{path} has cells of kind {', '.join(strange)}; use straight lines or triangles", key
+            f"{path} has cells of kind {', '.join(strange)}; use straight lines, triangles or tetrahedra", key
         )
     for d in (dim, dim - 1):
         _check_groups(model, d, path)
@@ -87,6 +88,24 @@ def check(model: Any, dim: int, path: Path) -> None:
     _check_points(mesh)
     _check_cells(mesh)
     _check_boundary(model, mesh)
+    _check_whole(mesh)
+
+
+def check_arrays(path: Path, dim: int, points: Array, cells: Indices) -> None:
+    """Refuse a mesh that is no gmsh model, as far as it can be told; its cells may be turned either way.
+
+    Args:
+        path: The file, for messages.
+        dim: Dimension of the body.
+        points: Coordinates of the nodes (n, 3), which messages number from 0.
+        cells: Their numbers (m, dim + 1).
+
+    Raises:
+        InputError: The message says what is wrong, and where.
+    """
+    mesh = _Mesh(path, dim, np.arange(len(points)), points, cells)
+    _check_points(mesh)
+    _check_cells(mesh, oriented=False)
     _check_whole(mesh)
 
 
@@ -159,7 +178,7 @@ def _check_points(mesh: _Mesh) -> None:
         )
 
 
-def _check_cells(mesh: _Mesh) -> None:
+def _check_cells(mesh: _Mesh, oriented: bool = True) -> None:
     """Refuse copies, cells of no size and cells of both orientations."""
     _, first, number = np.unique(np.sort(mesh.cells, axis=1), axis=0, return_index=True, return_counts=True)
     copied = number > 1
@@ -178,12 +197,11 @@ def _check_cells(mesh: _Mesh) -> None:
             "mesh and save again"
         )
     turned = size < 0
-    if turned.any() and not turned.all():
+    if oriented and turned.any() and not turned.all():
         odd = turned if 2 * turned.sum() <= len(turned) else ~turned
-        kind = "Curve" if mesh.dim == 1 else "Surface"
         raise mesh.error(
             f"has {int(odd.sum())} inverted cells among {len(odd)}, the first {mesh.centre(np.argmax(odd))}; "
-            f"in gmsh, turn them with `ReverseMesh {kind}`, or mesh again"
+            f"in gmsh, turn them with `ReverseMesh {ENTITY[mesh.dim]}`, or mesh again"
         )
 
 

@@ -24,7 +24,7 @@ NODE_BYTES = 80
 
 @description
 class MeshFile:
-    """A gmsh ``.msh`` file of straight lines or triangles.
+    """A gmsh ``.msh`` file of straight lines, triangles or tetrahedra.
 
     The physical groups of the highest dimension are the body and its regions, those one dimension lower
     the boundaries that ``mechanics.fixed`` and others name.
@@ -40,16 +40,12 @@ class MeshFile:
 
         Raises:
             InputError: The file is missing, empty or unreadable, has no physical group for its cells, cells
-                of another kind than straight lines or triangles, cells of no size or inverted ones, nodes
-                that no cell uses, or parts that do not hang together.
+                of another kind than straight lines, triangles or tetrahedra, cells of no size or inverted
+                ones, nodes that no cell uses, or parts that do not hang together.
         """
 
         def make(gmsh: Any) -> int:
-            readable(self.path, "geometry.path")
-            _check_header(self.path)
-            with _alone(self.path) as name:
-                _check_readable(self.path, name)
-                gmsh.open(name)
+            open_safely(gmsh, self.path, "geometry.path")
             dim = int(gmsh.model.getDimension())
             if dim < 0:
                 raise InputError(
@@ -69,14 +65,32 @@ class MeshFile:
         return nodes, 2 * nodes
 
 
-def _check_header(path: Path) -> None:
+def open_safely(gmsh: Any, path: Path, key: str) -> None:
+    """Read a ``.msh`` file into gmsh, nothing else, and only if gmsh survives it.
+
+    Args:
+        gmsh: The module, in a session.
+        path: The file.
+        key: Key of a case file that names it, for messages.
+
+    Raises:
+        InputError: The file is missing, empty, no mesh, or damaged.
+    """
+    readable(path, key)
+    _check_header(path, key)
+    with _alone(path) as name:
+        _check_readable(path, name, key)
+        gmsh.open(name)
+
+
+def _check_header(path: Path, key: str) -> None:
     """Refuse what is no mesh: gmsh takes any other text for a script, and runs it."""
     with path.open("rb") as stream:
         begin = stream.read(80)
     if not begin.startswith(b"$MeshFormat"):
         raise InputError(
             f"{path} is no gmsh mesh: it does not begin with $MeshFormat; in gmsh, mesh and export as .msh",
-            "geometry.path",
+            key,
         )
 
 
@@ -103,7 +117,7 @@ except Exception:
 """
 
 
-def _check_readable(path: Path, name: str) -> None:
+def _check_readable(path: Path, name: str, key: str) -> None:
     """Refuse a file of which gmsh dies, taking the process along, or with which it comes to no end."""
     try:
         done = subprocess.run(
@@ -114,13 +128,11 @@ def _check_readable(path: Path, name: str) -> None:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise InputError(
-            f"{path} is damaged: gmsh comes to no end with it; write it again", "geometry.path"
-        ) from None
+        raise InputError(f"{path} is damaged: gmsh comes to no end with it; write it again", key) from None
     except OSError:
         return  # no second process can be started here
     if done.returncode < 0:
         raise InputError(
             f"{path} is damaged: gmsh dies of it ({signal.Signals(-done.returncode).name}); write it again",
-            "geometry.path",
+            key,
         )

@@ -10,9 +10,12 @@ to be viscous.
 
 from typing import Any, ClassVar, Protocol
 
+from myostrain.materials.guccione_1995 import Guccione1995
+from myostrain.materials.holzapfel_ogden_2009 import HolzapfelOgden2009
 from myostrain.materials.mooney_rivlin import MooneyRivlin
 from myostrain.materials.neo_hookean import NeoHookean
 from myostrain.materials.spring import Spring
+from myostrain.materials.usyk_2002 import Usyk2002
 
 
 class Material(Protocol):
@@ -25,4 +28,12 @@ class Material(Protocol):
         ...
 
 
-__all__ = ["Material", "MooneyRivlin", "NeoHookean", "Spring"]
+__all__ = [
+    "Guccione1995",
+    "HolzapfelOgden2009",
+    "Material",
+    "MooneyRivlin",
+    "NeoHookean",
+    "Spring",
+    "Usyk2002",
+]

@@ -1,0 +1,99 @@
+"""Ellipsoids cut off by a plane, as gmsh shapes and as formulas, for ventricles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from myostrain.geometry.body import check_size
+
+import numpy as np
+import numpy.typing as npt
+
+Points = npt.NDArray[np.float64]
+
+#: Cells and nodes that gmsh makes for each spacing³ of a body and spacing² of its surface.
+CELLS, NODES_INSIDE, NODES_ON_SURFACE = 8.2, 1.38, 0.58
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid with axes along X, Y, Z.
+
+    Args:
+        semi_axes: Its semi-axes (a, b, c).
+        centre: X of its centre; Y = Z = 0 there.
+    """
+
+    semi_axes: tuple[float, float, float]
+    centre: float = 0.0
+
+    def level(self, points: Points) -> Points:
+        """(X/a)² + (Y/b)² + (Z/c)² of points (n, 3), one on the surface."""
+        return (((points - [self.centre, 0.0, 0.0]) / self.semi_axes) ** 2).sum(axis=1)
+
+    def volume_below(self, z: float) -> float:
+        """Its volume below the height ``z``, |z| ≤ c: πab ∫ (1 − Z²/c²) dZ from −c to z."""
+        a, b, c = self.semi_axes
+        return float(np.pi * a * b * (z + c - (z**3 + c**3) / (3 * c**2)))
+
+    def add(self, gmsh: Any) -> list[tuple[int, int]]:
+        """Add it to gmsh's model, its poles along Z."""
+        occ = gmsh.model.occ
+        ball = [(3, occ.addSphere(0.0, 0.0, 0.0, 1.0))]
+        occ.dilate(ball, 0, 0, 0, *self.semi_axes)
+        occ.translate(ball, self.centre, 0, 0)
+        return ball
+
+
+def below(gmsh: Any, shape: list[tuple[int, int]], z: float, reach: float) -> list[tuple[int, int]]:
+    """What of a shape within ``reach`` of the origin is below the height ``z``."""
+    occ = gmsh.model.occ
+    box = [(3, occ.addBox(-2 * reach, -2 * reach, -2 * reach, 4 * reach, 4 * reach, 2 * reach + z))]
+    return list(occ.intersect(shape, box)[0])
+
+
+def mesh_and_name(
+    gmsh: Any, spacing: float, place: Callable[[Points], str], boundaries: Sequence[str]
+) -> None:
+    """Mesh the volumes of gmsh's model and name what bounds them together by where its nodes are.
+
+    Args:
+        gmsh: The module.
+        spacing: Edge length wanted.
+        place: Gives the name of a surface that has these nodes (n, 3).
+        boundaries: The names, numbered from 1 in this order.
+    """
+    model = gmsh.model
+    for option, value in {"MeshSizeMin": spacing, "MeshSizeMax": spacing, "OptimizeNetgen": 1}.items():
+        gmsh.option.setNumber(f"Mesh.{option}", value)
+    model.mesh.generate(3)
+    named: dict[str, list[int]] = {name: [] for name in boundaries}
+    for _, surface in model.getBoundary(model.getEntities(3), oriented=False):
+        _, coordinates, _ = model.mesh.getNodes(2, surface, includeBoundary=True)
+        named[place(np.asarray(coordinates).reshape(-1, 3))].append(surface)
+    for number, (name, surfaces) in enumerate(named.items(), start=1):
+        model.addPhysicalGroup(2, surfaces, number, name)
+    model.addPhysicalGroup(3, [volume for _, volume in model.getEntities(3)], 1, "wall")
+
+
+def counts(volume: float, surface: float, spacing: float) -> tuple[float, float]:
+    """About how many nodes and cells a mesh has, refused if they are too many.
+
+    Args:
+        volume: Volume of the body.
+        surface: Area of its surface.
+        spacing: Edge length.
+    """
+    nodes = NODES_INSIDE * volume / spacing**3 + NODES_ON_SURFACE * surface / spacing**2
+    return nodes, CELLS * volume / spacing**3
+
+
+def check_counts(volume: float, spacing: float) -> None:
+    """Refuse a spacing that gives too many cells.
+
+    Raises:
+        InputError: There would be too many.
+    """
+    check_size(CELLS * (volume / spacing) / spacing / spacing)

@@ -1,0 +1,114 @@
+"""A left ventricle: the wall between two half ellipsoids."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+from myostrain.errors import InputError
+from myostrain.geometry.body import cells_along
+from myostrain.geometry.ellipsoids import Ellipsoid, Points, below, check_counts, counts, mesh_and_name
+from myostrain.geometry.gmsh_model import to_meshed
+from myostrain.geometry.meshed import Meshed
+from myostrain.validation import Finite, Positive, description
+
+import numpy as np
+
+
+@description
+class Ventricle:
+    """A truncated ellipsoidal left ventricle: between two ellipsoids, below a plane; apex at the bottom.
+
+    The axis is Z, the centre of both ellipsoids the origin. Boundaries: "endocardium", "epicardium", "base".
+    The defaults are those of problems 2 and 3 of Land et al. 2015 (Proc. R. Soc. A 471: 20150641,
+    doi 10.1098/rspa.2015.0641), in mm. Any unit of length will do if the others fit it.
+
+    The mesh is gmsh's, of straight tetrahedra, so that its volume tends to :attr:`volume` like spacing². It
+    has round(wall / spacing) layers of cells; at least two are needed for fibres that turn within the wall.
+
+    Args:
+        endocardium: Semi-axes (short, long) of the inner ellipsoid, across and along Z.
+        epicardium: Semi-axes (short, long) of the outer ellipsoid, larger than the inner ones.
+        base: Height Z of the plane, within the inner ellipsoid.
+        spacing: Edge length wanted.
+    """
+
+    endocardium: tuple[Positive, Positive] = (7.0, 17.0)
+    epicardium: tuple[Positive, Positive] = (10.0, 20.0)
+    base: Finite = 5.0
+    spacing: Positive = 1.5
+
+    def _check(self) -> None:
+        """Refuse numbers that do not make such a body together."""
+        inner, outer = self.endocardium, self.epicardium
+        if outer[0] <= inner[0] or outer[1] <= inner[1]:
+            raise InputError(
+                f"{list(outer)} is not larger than the endocardium's {list(inner)}, short and long semi-axis",
+                "geometry.epicardium",
+            )
+        if abs(self.base) >= inner[1]:
+            raise InputError(
+                f"the plane Z = {self.base:g} does not cut the endocardium: give a height between "
+                f"{-inner[1]:g} and {inner[1]:g}",
+                "geometry.base",
+            )
+
+    def at_depth(self, t: float) -> Ellipsoid:
+        """The ellipsoid at the depth t in the wall: 0 endocardium, 1 epicardium."""
+        short, long = (1 - t) * np.array(self.endocardium) + t * np.array(self.epicardium)
+        return Ellipsoid((float(short), float(short), float(long)))
+
+    @property
+    def layers(self) -> int:
+        """Number of layers of cells in the wall."""
+        return cells_along(self._thickness, self.spacing)
+
+    @property
+    def _thickness(self) -> float:
+        return float(np.subtract(self.epicardium, self.endocardium).mean())
+
+    @property
+    def cavity_volume(self) -> float:
+        """Volume inside the endocardium below the base."""
+        return self.at_depth(0).volume_below(self.base)
+
+    @property
+    def volume(self) -> float:
+        """Volume of the wall."""
+        return self.at_depth(1).volume_below(self.base) - self.cavity_volume
+
+    def counts(self) -> tuple[float, float]:
+        """About how many nodes and cells the mesh has, before it is made."""
+        spacing = np.cbrt(self.spacing**2 * self._thickness / self.layers)
+        return counts(self.volume, 2.2 * self.volume / self._thickness, float(spacing))
+
+    def _place(self, points: Points) -> str:
+        if np.ptp(points[:, 2]) < 1e-6 * self.epicardium[1]:
+            return "base"
+        off = [np.abs(surface.level(points) - 1).max() for surface in (self.at_depth(0), self.at_depth(1))]
+        return "endocardium" if off[0] < off[1] else "epicardium"
+
+    def mesh(self, comm: Any) -> Meshed:
+        """Mesh the wall over the processes of ``comm``.
+
+        Raises:
+            InputError: The ellipsoids are not one within the other, the plane misses the inner one, there
+                would be too many cells, or gmsh is not there or fails.
+        """
+        self._check()
+        check_counts(self.volume, self.spacing)
+
+        def make(gmsh: Any) -> int:
+            gmsh.model.add("ventricle")
+            occ, walls = gmsh.model.occ, []
+            surfaces = [self.at_depth(t) for t in np.linspace(0, 1, self.layers + 1)]
+            for inner, outer in pairwise(surfaces):
+                layer, _ = occ.cut(outer.add(gmsh), inner.add(gmsh))
+                walls += below(gmsh, layer, self.base, max(self.epicardium))
+            if self.layers > 1:
+                occ.fragment(walls[:1], walls[1:])
+            occ.synchronize()
+            mesh_and_name(gmsh, self.spacing, self._place, ("endocardium", "epicardium", "base"))
+            return 3
+
+        return to_meshed(comm, make, "the ventricle")
