@@ -84,10 +84,10 @@ def test_volumes_converge(land):
     assert (errors[1] < [0.003, 0.011]).all()
     orders = np.log2(errors[0] / errors[1])
     assert ((orders > 1.6) & (orders < 2.6)).all(), orders  # measured 2.3 and 1.85
-    # Two layers: no cell is at both surfaces. Measured 0.57 of the wall at most.
+    # Two layers: no cell is at both surfaces. Measured 0.50 of the wall at most.
     cells = fine.mesh.geometry.x[fine.mesh.geometry.dofmaps[0]]
     depth = EllipsoidalFibres().depth(cells.reshape(-1, 3).T).reshape(-1, 4)
-    assert np.ptp(depth, axis=1).max() < 0.75
+    assert np.ptp(depth, axis=1).max() < 0.501
     good = quality(fine.mesh)
     assert good.cells == len(cells)
     assert good.angle_min > 12  # measured 16
@@ -114,10 +114,10 @@ def test_boundaries_of_a_ventricle(land):
     "shape", [Ventricle(spacing=3.0), Ventricle(spacing=2.0), Biventricle(spacing=8.0)], ids=["1", "2", "two"]
 )
 def test_counts(shape):
-    """sizes.estimate asks before meshing: measured within 12 % for one ventricle, 20 % for two."""
+    """sizes.estimate asks before meshing: measured within 18 %."""
     topology = shape.mesh(ALONE).mesh.topology
     made = [topology.index_map(d).size_global for d in (0, 3)]
-    np.testing.assert_allclose(shape.counts(), made, rtol=0.3)
+    np.testing.assert_allclose(shape.counts(), made, rtol=0.25)
 
 
 def test_two_ventricles():
@@ -125,7 +125,7 @@ def test_two_ventricles():
     shape = Biventricle(spacing=8.0)
     made = Measured(shape)
     grid, cell = grid_of(shape)
-    # Straight cells of 8 mm lose 0.5 % of the walls; the grid of 1 mm is good to 0.1 %. Measured 0.5 %.
+    # Straight cells of 8 mm lose 0.5 % of the walls; the grid of 1 mm is good to 0.1 %. Measured 0.2 %.
     assert made.volume == pytest.approx(shape.contains(grid).sum() * cell, rel=0.012)
     assert set(made.meshed.boundaries) == {"endocardium_left", "endocardium_right", "epicardium", "base"}
     assert sum(map(made.area, made.meshed.boundaries)) == pytest.approx(made.area(), rel=1e-12)
@@ -136,12 +136,12 @@ def test_two_ventricles():
         "endocardium_right": (level["right_inner"] < 1) & (level["left_outer"] > 1),
     }
     for name, points in cavities.items():
-        # Measured 3.5 % and 3.1 % less: what flat facets cut off.
+        # Measured 3.1 % and 1.2 % less: what flat facets cut off.
         assert made.inside(name, shape.base) == pytest.approx((points & low).sum() * cell, rel=0.06)
     right = made.nodes_of("endocardium_right")
     septum = np.abs(shape.surfaces["left_outer"].level(right) - 1) < 1e-6
     assert 0.2 < septum.mean() < 0.6
-    assert quality(made.mesh).angle_min > 8  # measured 13
+    assert quality(made.mesh).angle_min > 8  # measured 15
 
 
 def grid_of(shape):
@@ -235,6 +235,16 @@ def test_a_good_solid_is_read(tmp_path, turned):
     meshed = MeshFile(path=tmp_path / "body.msh").mesh(ALONE)
     assert meshed.mesh.topology.index_map(3).size_global == 2
     assert len(meshed.facet_tags.find(meshed.boundaries["8"])) == 1
+
+
+def test_gaps_in_the_numbers_of_nodes(tmp_path):
+    """MeshFile: gmsh drops a node that nothing uses; DOLFINx asserts that its numbers have no gap."""
+    (tmp_path / "body.msh").write_bytes(msh([*CORNERS[:3], "5 5 5", CORNERS[3]], ["4 2 7 1 1 2 3 5"]))
+    mesh = MeshFile(path=tmp_path / "body.msh").mesh(ALONE).mesh
+    assert mesh.geometry.x.max() == 1.0
+    assert fem.assemble_scalar(fem.form(fem.Constant(mesh, 1.0) * ufl.dx(domain=mesh))) == pytest.approx(
+        1 / 6
+    )
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 
-#: How far a mesh may reach into the cavity: flat facets cut off what an ellipsoid bulges.
-OFF = 0.25
+#: How far off the two ellipsoids a mesh's nodes may end, as a share of the wall.
+OFF = 0.1
 
 
 @description

@@ -52,6 +52,9 @@ class MeshFile:
                     f"{self.path} has no cells: was it saved before it was meshed?", "geometry.path"
                 )
             check(gmsh.model, dim, self.path)
+            tags, _, _ = gmsh.model.mesh.getNodes()
+            if tags.max() > len(tags):  # DOLFINx wants numbers without gaps
+                gmsh.model.mesh.renumberNodes()
             return dim
 
         return to_meshed(comm, make, str(self.path))
