@@ -8,7 +8,10 @@ import typing
 from collections.abc import Mapping
 from pathlib import Path
 
-from myostrain import case, geometry, initial, mechanics, potential, simulation
+from ufl.core.expr import Expr
+
+from myostrain import drive, initial, mechanics, potential, simulation
+from myostrain import vocabulary as case
 
 PLACE = "<!-- case reference -->"
 
@@ -34,16 +37,24 @@ are refused.
 def reference() -> str:
     """The reference as Markdown, a heading a section."""
     sections = {
+        "units": [keys(case.UnitsSection, intro=True)],
         "geometry": [choice("kind", case.GEOMETRIES), *variants("kind", case.GEOMETRIES)],
-        "fibres": [keys(geometry.UniformFibres)],
+        "fibres": [choice("kind", case.FIBRES, "uniform"), *variants("kind", case.FIBRES)],
         "cell": [choice("model", case.CELLS, "FitzHughNagumo"), *variants("model", case.CELLS)],
         "potential": [keys(case.PotentialSection)],
-        "initial": [keys(initial.Bump, intro=True)],
+        "initial": [
+            keys(initial.Bump, intro=True),
+            "### With `boundary`",
+            keys(initial.BoundaryBump, intro=True),
+        ],
+        "drive": [keys(drive.Drive, intro=True)],
         "activation": [
             choice("law", case.LAWS, "proportional"),
             choice("deformation", case.DEFORMATIONS, "fibre"),
             *variants("law", case.LAWS),
             *variants("deformation", case.DEFORMATIONS),
+            "### For all laws",
+            keys(case.TransmuralSection),
         ],
         "material": [
             choice("model", case.MATERIALS, "Spring on a line, else NeoHookean"),
@@ -91,7 +102,7 @@ def keys(cls, *, intro=False, moved=None):
     """The keys of a class: type, default, meaning."""
     parts = [summary(cls)] if intro else []
     hints = typing.get_type_hints(cls, include_extras=True)
-    meanings = arguments(cls) or arguments(MEANINGS.get(cls))
+    meanings = {**arguments(MEANINGS.get(cls)), **arguments(cls)}
     fields = dataclasses.fields(cls)
     for field in fields:
         meaning = meanings[field.name]
@@ -113,7 +124,7 @@ def in_words(hint):
     if origin is typing.Literal:
         return " or ".join(quoted(arg) for arg in args)
     if origin in (typing.Union, types.UnionType):
-        return ", or ".join(in_words(arg) for arg in args if arg is not type(None))
+        return ", or ".join(in_words(arg) for arg in args if arg not in (type(None), Expr))
     if origin is tuple:
         return f"list of {'' if args[-1] is Ellipsis else f'{len(args)} '}{several(args[0])}"
     if origin is Mapping:

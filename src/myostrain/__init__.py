@@ -12,9 +12,10 @@ from myostrain import activation, cells, geometry, kinematics, materials, theory
 from myostrain import engine as _engine  # first: it orders the imports of MPI and DOLFINx
 from myostrain.case import Case
 from myostrain.coupling import Electromechanics, Implicit, SecondOrder, Staggered
+from myostrain.drive import Drive, GivenPotential
 from myostrain.errors import ComputationError, InputError, MyostrainError
 from myostrain.geometry import UniformFibres, build
-from myostrain.initial import Bump
+from myostrain.initial import BoundaryBump, Bump
 from myostrain.mechanics import ImposedStretch, Mechanics
 from myostrain.potential import Potential
 from myostrain.running import run_case
@@ -23,10 +24,13 @@ from myostrain.simulation import Simulation
 __version__ = _engine.versions()["myostrain"]
 
 __all__ = [
+    "BoundaryBump",
     "Bump",
     "Case",
     "ComputationError",
+    "Drive",
     "Electromechanics",
+    "GivenPotential",
     "Implicit",
     "ImposedStretch",
     "InputError",

@@ -34,6 +34,7 @@ class ActiveBody:
         deformation: Active deformation Fo(γ).
         relaxation_time: λ, zero for an elastic body.
         active_stress: A tension beside, or in place of, the active strain; None for none.
+        activity: Factor on γ and the tension, a UFL scalar; None for one.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class ActiveBody:
         deformation: ActiveDeformation | None,
         relaxation_time: float,
         active_stress: ActiveStress | None = None,
+        activity: Any = None,
     ) -> None:
         mesh = body.mesh
         self.kinematics, self._dim = kinematics, body.dim
@@ -53,6 +55,7 @@ class ActiveBody:
         self._active = with_constants(deformation or Fibre(), mesh)
         self._active_stress = None if active_stress is None else with_constants(active_stress, mesh)
         self._fibres = body.fibres.lifted(body.dim, kinematics.tensor_dim)
+        self._activity = 1.0 if activity is None else activity
         self._relaxation_time = fem.Constant(mesh, float(relaxation_time)) if relaxation_time > 0 else None
 
     def displacement(self, u: fem.Function) -> Any:
@@ -65,18 +68,21 @@ class ActiveBody:
 
     def active(self, v: Any) -> Any:
         """Fo for the potential v, in the dimension that materials see."""
-        return self._active.tensor(self._law.gamma(v), self._fibres)
+        return self._active.tensor(self._activity * self._law.gamma(v), self._fibres)
 
     def lifted(self, u: fem.Function, v: Any) -> Any:
         """F in the dimension that materials see."""
         return self.kinematics.lift(self.gradient(u), ufl.det(self.active(v)))
 
     def stored(self, F: Any, v: Any) -> Any:
-        """Jo W(F Fo⁻¹), the energy per reference volume of the lifted F, and that of the active stress."""
+        """Jo W(F Fo⁻¹) per reference volume for the lifted F, the energies of volume and active stress."""
         Fo = self.active(v)
-        density = ufl.det(Fo) * self._material.energy(F * ufl.inv(Fo), self._fibres)
+        Jo = ufl.det(Fo)
+        passive = self.kinematics.distortion(F, Jo)
+        density = Jo * self._material.energy(passive * ufl.inv(Fo), self._fibres)
+        density += self.kinematics.volume_energy(F, Jo)
         if self._active_stress is not None:
-            density += self._active_stress.energy(F, self._fibres, v)
+            density += self._activity * self._active_stress.energy(F, self._fibres, v)
         return density
 
     def energy(self, u: fem.Function, v: Any) -> Any:

@@ -9,111 +9,36 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from myostrain import activation, cells, geometry, kinematics, materials, sizes
-from myostrain.coupling import Electromechanics, Implicit, SecondOrder, Staggered
+from myostrain import geometry, kinematics, sizes
+from myostrain.activation import ActiveStress, Proportional
+from myostrain.coupling import Electromechanics, Implicit
+from myostrain.drive import Drive, GivenPotential
 from myostrain.engine import MPI
 from myostrain.errors import InputError, nearest
-from myostrain.initial import Bump
+from myostrain.initial import BoundaryBump, Bump
 from myostrain.mechanics import ImposedStretch, Mechanics
-from myostrain.output.fields import FieldName
 from myostrain.overrides import override
-from myostrain.potential import Balance, Mass, Potential
+from myostrain.potential import Potential
 from myostrain.sections import dotted, make, make_probes, make_solver, pick, plain, shown, word
-from myostrain.simulation import CHECKPOINT_SECONDS, Simulation
-from myostrain.validation import Flag, NonNegative, Positive, description
-
-GEOMETRIES = {
-    "line": geometry.Line,
-    "rectangle": geometry.Rectangle,
-    "slab": geometry.Slab,
-    "ellipse": geometry.Ellipse,
-    "file": geometry.MeshFile,
-}
-KINEMATICS = {
-    "line": kinematics.Line,
-    "plane-stress": kinematics.PlaneStress,
-    "plane-strain": kinematics.PlaneStrain,
-    "solid": kinematics.Solid,
-}
-
-
-def _exported(module: Any, method: str) -> dict[str, Any]:
-    """The descriptions that a folder exports and that have this method, by name."""
-    classes = {name: getattr(module, name) for name in module.__all__}
-    return {name: c for name, c in classes.items() if dataclasses.is_dataclass(c) and hasattr(c, method)}
-
-
-LAWS = {name.lower(): law for name, law in _exported(activation, "gamma").items()}
-DEFORMATIONS = {name.lower(): deformation for name, deformation in _exported(activation, "tensor").items()}
-CELLS = _exported(cells, "current")
-MATERIALS = _exported(materials, "energy")
-SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondOrder}
-
-
-@description
-class PotentialSection:
-    """[potential]: diffusivity, one number or [along, across] the fibre; balance."""
-
-    diffusivity: Positive | tuple[Positive, Positive] = 100.0
-    balance: Balance = "conservative"
-    mass: Mass = "lumped"
-
-
-@description
-class MechanicsSection:
-    """[mechanics] but for the kinematics and its constraint, and ``every``, which is the scheme's."""
-
-    robin: NonNegative = 0.0
-    robin_boundary: tuple[str, ...] | None = None
-    fixed: tuple[str, ...] = ()
-    relaxation_time: NonNegative = 0.0
-    imposed_stretch: ImposedStretch | None = None
-    tolerance: Positive = 1e-7
-
-
-@description
-class TimeSection:
-    """[time] but for the scheme: time step and end."""
-
-    step: Positive
-    end: Positive
-
-
-@description
-class OutputSection:
-    """[output]: what is written and when.
-
-    Args:
-        every: Simulated time between written fields; a sixtieth of the run unless given.
-        fields: Which fields.
-        rigid_twin: Whether the same case is run on the rigid body too, for comparison.
-        checkpoint_every: Simulated time between checkpoints; none by simulated time unless given.
-        checkpoint_seconds: Seconds of wall clock between checkpoints.
-    """
-
-    every: Positive | None = None
-    fields: tuple[FieldName, ...] = ("potential", "states", "displacement", "stress_trace")
-    rigid_twin: Flag = False
-    checkpoint_every: Positive | None = None
-    checkpoint_seconds: Positive = CHECKPOINT_SECONDS
-
-
-#: Sections of a case file, and whether they must be there.
-SECTIONS = {
-    "geometry": True,
-    "fibres": False,
-    "cell": False,
-    "potential": False,
-    "initial": True,
-    "activation": False,
-    "material": False,
-    "mechanics": True,
-    "time": True,
-    "probes": False,
-    "output": False,
-    "solver": False,
-}
-TEXTS = ("name", "title", "cost")
+from myostrain.simulation import Simulation
+from myostrain.vocabulary import (
+    CELLS,
+    DEFORMATIONS,
+    FIBRES,
+    GEOMETRIES,
+    KINEMATICS,
+    LAWS,
+    MATERIALS,
+    SCHEMES,
+    SECTIONS,
+    TEXTS,
+    MechanicsSection,
+    OutputSection,
+    PotentialSection,
+    TimeSection,
+    TransmuralSection,
+    UnitsSection,
+)
 
 #: Bytes of a case file at most: a larger one is something else.
 MAX_FILE = 1_000_000
@@ -131,13 +56,16 @@ class Case:
     name: str
     title: str
     cost: str
+    units: UnitsSection
     geometry: Any
-    fibres: geometry.UniformFibres | None
+    fibres: Any
     cell: Any
     potential: PotentialSection
-    initial: Bump
+    initial: Any
+    drive: Drive | None
     law: Any
     deformation: Any
+    transmural: TransmuralSection
     material: Any
     kinematics: Any
     mechanics: MechanicsSection
@@ -199,6 +127,7 @@ class Case:
                 raise InputError("this section is missing", section)
             if not isinstance(data.get(section, {}), Mapping):
                 raise InputError(f"this is a section, not a value: [{section}]", section)
+        _check_drive(data)
         for key in TEXTS:
             if not isinstance(data.get(key, ""), str):
                 raise InputError("give a text", key)
@@ -214,19 +143,25 @@ class Case:
         form = pick(part["geometry"], "geometry.kind", GEOMETRIES)
         kin = pick(part["mechanics"], "mechanics.kinematics", KINEMATICS)
         line = kin is kinematics.Line
+        fibres = pick(part["fibres"], "fibres.kind", FIBRES, "uniform") if part["fibres"] else None
         model = pick(part["cell"], "cell.model", CELLS, "FitzHughNagumo")
         law = pick(part["activation"], "activation.law", LAWS, "proportional")
+        if law is ActiveStress and "deformation" in part["activation"]:
+            raise InputError(
+                "an active stress takes the place of a deformation; leave one out", "activation.deformation"
+            )
         active = pick(part["activation"], "activation.deformation", DEFORMATIONS, "fibre")
+        strain = _take(part["activation"], active)
+        through = _take(part["activation"], TransmuralSection)
         material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
         scheme = pick(part["time"], "time.scheme", SCHEMES, "second-order")
 
-        if form is geometry.MeshFile and isinstance(part["geometry"].get("path"), str):
-            part["geometry"]["path"] = _whole(folder, part["geometry"]["path"])
-        constraint = {k: part["mechanics"].pop(k) for k in ("constraint",) if k in part["mechanics"]}
-        if line and constraint:
-            if constraint["constraint"] != "total":
-                raise InputError("a line has no constraint; leave the key out", "mechanics.constraint")
-            constraint = {}
+        for section in ("geometry", "fibres"):
+            if isinstance(part[section].get("path"), str):
+                part[section]["path"] = _whole(folder, part[section]["path"], f"{section}.path")
+        constraint = _take(part["mechanics"], kin)
+        if line and part["mechanics"].pop("constraint", "total") != "total":
+            raise InputError("a line has no constraint; leave the key out", "mechanics.constraint")
         pace = {k: part["mechanics"].pop(k) for k in ("every",) if k in part["mechanics"]}
         if scheme is Implicit and pace:
             if pace["every"] != 1:
@@ -238,17 +173,25 @@ class Case:
         if "every" in part["time"]:
             raise InputError("this key is called mechanics.every", "time.every")
         timing = {k: part["time"].pop(k) for k in ("step", "end") if k in part["time"]}
+        driven = "drive" in data
+        bump = BoundaryBump if "boundary" in part["initial"] else Bump
         made = {
+            "units": make(UnitsSection, part["units"], "units"),
             "geometry": make(form, part["geometry"], "geometry", also=("kind",)),
-            "fibres": make(geometry.UniformFibres, part["fibres"], "fibres") if part["fibres"] else None,
+            "fibres": make(fibres, part["fibres"], "fibres", also=("kind",)) if fibres else None,
             "cell": make(model, part["cell"], "cell", also=("model",)),
             "potential": make(PotentialSection, part["potential"], "potential"),
-            "initial": make(Bump, part["initial"], "initial"),
-            "law": make(law, part["activation"], "activation", also=("law", "deformation")),
-            "deformation": make(active, {}, "activation"),
+            "initial": None if driven else make(bump, part["initial"], "initial", also=("boundary",)),
+            "drive": make(Drive, part["drive"], "drive") if driven else None,
+            "law": make(law, part["activation"], "activation", also=("law", "deformation", "transmural")),
+            "deformation": make(active, strain, "activation"),
+            "transmural": make(TransmuralSection, through, "activation"),
             "material": make(material, part["material"], "material", also=("model",)),
             "mechanics": make(
-                MechanicsSection, part["mechanics"], "mechanics", also=("kinematics", "constraint", "every")
+                MechanicsSection,
+                part["mechanics"],
+                "mechanics",
+                also=("kinematics", "constraint", "bulk_modulus", "every"),
             ),
             "kinematics": make(kin, constraint, "mechanics"),
             "scheme": make(
@@ -290,20 +233,29 @@ class Case:
             InputError: What only shows on the mesh: a boundary that is not there, a bump without a node, ...
         """
         body = geometry.build(self.geometry, self.fibres, comm)
+        stress = isinstance(self.law, ActiveStress)
         mechanics = Mechanics(
             body,
             kinematics=self.kinematics,
             material=self.material,
-            law=self.law,
+            law=Proportional(beta=0.0) if stress else self.law,
             deformation=self.deformation,
+            active_stress=self.law if stress else None,
+            activity=self._activity(body),
             robin=self.mechanics.robin,
             robin_boundary=self.mechanics.robin_boundary,
+            robin_normal=self.mechanics.robin_normal,
+            pressure=self.mechanics.pressure,
             fixed=self.mechanics.fixed,
+            sliding=self.mechanics.sliding,
             relaxation_time=self.mechanics.relaxation_time,
             imposed_stretch=self.mechanics.imposed_stretch,
             tolerance=self.mechanics.tolerance,
             options=self.solver.get("mechanics"),
         )
+        if self.initial is None:
+            given: Any = GivenPotential(body, self.drive)
+            return Electromechanics(given, mechanics, self.scheme)
         potential = Potential(
             body,
             cell=self.cell,
@@ -315,6 +267,12 @@ class Case:
         )
         self.initial.apply(potential)
         return Electromechanics(potential, mechanics, self.scheme)
+
+    def _activity(self, body: geometry.Body) -> Any:
+        ends = self.transmural.transmural
+        if ends is None:
+            return None
+        return geometry.transmural(body, ends, self.transmural.transmural_between)
 
     def simulation(
         self,
@@ -350,29 +308,53 @@ class Case:
         )
 
 
-def _whole(folder: Path, path: str) -> str:
+def _check_drive(data: Mapping[str, Any]) -> None:
+    """Refuse a case that solves for its potential and is given it, or neither.
+
+    Raises:
+        InputError: It is one.
+    """
+    if "drive" not in data:
+        if "initial" not in data:
+            raise InputError(
+                "this section is missing (or [drive], for a potential that is given in time)", "initial"
+            )
+        return
+    for section in ("cell", "potential", "initial"):
+        if section in data:
+            raise InputError("with [drive] the potential is given: leave this section out", section)
+
+
+def _take(section: dict[str, Any], cls: Any) -> dict[str, Any]:
+    """Take the keys of a class out of a section that it shares with others."""
+    return {f.name: section.pop(f.name) for f in dataclasses.fields(cls) if f.name in section}
+
+
+def _whole(folder: Path, path: str, key: str) -> str:
     """A path that is relative to ``folder``, as an absolute one."""
     try:
         return str((folder / path).resolve())
     except (ValueError, OSError, RuntimeError) as error:  # a null byte, a loop of links
-        raise InputError(f"{shown(path)} is no path: {error}", "geometry.path") from error
+        raise InputError(f"{shown(path)} is no path: {error}", key) from error
 
 
 def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, Any]:
     """The case as nested dictionaries with everything resolved."""
     kin, scheme = plain(made["kinematics"]), plain(made["scheme"])
     pace = {"every": scheme.pop("every")} if "every" in scheme else {}
+    activity = {"law": word(made["law"], LAWS), **plain(made["law"])}
+    if not isinstance(made["law"], ActiveStress):
+        activity |= {"deformation": word(made["deformation"], DEFORMATIONS), **plain(made["deformation"])}
+    fibres, solved = made["fibres"], made["drive"] is None
     sections = {
+        "units": plain(made["units"]),
         "geometry": {"kind": word(made["geometry"], GEOMETRIES), **plain(made["geometry"])},
-        "fibres": plain(made["fibres"]) if made["fibres"] is not None else None,
-        "cell": {"model": word(made["cell"], CELLS), **plain(made["cell"])},
-        "potential": plain(made["potential"]),
+        "fibres": {"kind": word(fibres, FIBRES), **plain(fibres)} if fibres is not None else None,
+        "cell": {"model": word(made["cell"], CELLS), **plain(made["cell"])} if solved else None,
+        "potential": plain(made["potential"]) if solved else None,
         "initial": plain(made["initial"]),
-        "activation": {
-            "law": word(made["law"], LAWS),
-            **plain(made["law"]),
-            "deformation": word(made["deformation"], DEFORMATIONS),
-        },
+        "drive": plain(made["drive"]),
+        "activation": {**activity, **plain(made["transmural"])},
         "material": {"model": word(made["material"], MATERIALS), **plain(made["material"])},
         "mechanics": {
             "kinematics": word(made["kinematics"], KINEMATICS),

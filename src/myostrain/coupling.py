@@ -36,7 +36,8 @@ class Electromechanics:
     """The coupled problem.
 
     Args:
-        potential: The potential on the deforming body.
+        potential: The potential on the deforming body, or one that is given
+            (:class:`GivenPotential`).
         mechanics: The deforming body; None for a rigid one.
         scheme: How to advance; second order, mechanics every step, unless given.
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
+from myostrain import materials
 from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
+from myostrain.supports import RigidMotions
 
 import numpy as np
 
@@ -31,11 +33,29 @@ def check_room(body: Body, fixed: Sequence[str]) -> None:
         )
 
 
+def check_held(motions: RigidMotions, pressures: Iterable[str], body_force: Any) -> None:
+    """Refuse a load on a body that is free to follow it.
+
+    Raises:
+        InputError: It is.
+    """
+    if not motions.free.shape[1]:
+        return
+    if body_force is not None:
+        raise InputError("a loaded body must be held: fix a part of it, or give robin > 0", "mechanics.fixed")
+    for part in pressures:
+        if motions.pushed_by(part):
+            raise InputError(
+                "this pressure pushes the body along a motion that nothing holds: fix a part of the "
+                "boundary, let one slide in its plane, or give robin > 0",
+                f"mechanics.pressure.{part}",
+            )
+
+
 def check_fit(
     body: Body,
     kinematics: Kinematics,
     material: Material,
-    robin: float,
     relaxation_time: float,
     stretch: ImposedStretch | None,
 ) -> None:
@@ -51,17 +71,17 @@ def check_fit(
             "mechanics.kinematics",
         )
     if material.tensor_dim != kinematics.tensor_dim:
-        fitting = "Spring" if kinematics.tensor_dim == 1 else "NeoHookean or MooneyRivlin"
+        exported = (getattr(materials, name) for name in materials.__all__)
+        fitting = [m.__name__ for m in exported if getattr(m, "tensor_dim", 0) == kinematics.tensor_dim]
         raise InputError(
-            f"{type(material).__name__} does not fit {type(kinematics).__name__}; take {fitting}",
+            f"{type(material).__name__} does not fit {type(kinematics).__name__}; take one of "
+            f"{', '.join(fitting)}",
             "material.model",
         )
     if stretch is not None and isinstance(stretch.value, tuple) and len(stretch.value) != body.dim:
         raise InputError(
             f"{list(stretch.value)}: give one number, or {body.dim}", "mechanics.imposed_stretch"
         )
-    if not 0 <= robin < np.inf:
-        raise InputError(f"{robin} is no stiffness: give zero or a positive number", "mechanics.robin")
     if not relaxation_time >= 0:
         raise InputError(f"{relaxation_time}: give zero or a positive time", "mechanics.relaxation_time")
     if relaxation_time > 0 and not hasattr(material, "modulus"):

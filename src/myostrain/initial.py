@@ -15,6 +15,33 @@ import ufl
 
 
 @description
+class BoundaryBump:
+    """v = potential at the nodes of parts of the boundary, the cell's resting potential elsewhere.
+
+    Args:
+        potential: Value there.
+        boundary: Named parts of the boundary, such as an endocardium.
+    """
+
+    potential: Finite
+    boundary: tuple[str, ...]
+
+    def apply(self, to: Potential) -> None:
+        """Set the potential.
+
+        Raises:
+            InputError: A name is not one of the body's boundaries, or there is none.
+        """
+        facets = to.body.boundary_facets(self.boundary, "initial.boundary")
+        dofs = fem.locate_dofs_topological(to.v.function_space, to.body.dim - 1, facets)
+        if not to.body.comm.allreduce(len(dofs), MPI.SUM):
+            raise InputError("no node of the mesh is there; name a part", "initial.boundary")
+        to.v.x.array[:] = to.cell.resting_potential()
+        to.v.x.array[dofs] = self.potential
+        to.v.x.scatter_forward()
+
+
+@description
 class Bump:
     """v = potential where |X − center| ≤ radius, the cell's resting potential elsewhere.
 

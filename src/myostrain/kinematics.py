@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
-from myostrain.validation import description
+from myostrain.validation import Positive, description
 
 import ufl
 
@@ -25,10 +25,13 @@ class Kinematics(Protocol):
     """Dimension of the mesh."""
     tensor_dim: ClassVar[int]
     """Dimension of the F that materials see: 1 (line) or 3."""
-    has_pressure: ClassVar[bool]
-    """Whether the constraint is enforced by an unknown pressure (P1)."""
     degree: ClassVar[int]
     """Polynomial degree of the displacement."""
+
+    @property
+    def has_pressure(self) -> bool:
+        """Whether the constraint is enforced by an unknown pressure (P1)."""
+        ...
 
     def lift(self, F: Any, Jo: Any) -> Any:
         """Deformation gradient that the energy sees, from the gradient on the mesh and Jo = det Fo."""
@@ -42,9 +45,29 @@ class Kinematics(Protocol):
         """What the pressure drives to zero (only where ``has_pressure``)."""
         ...
 
+    def distortion(self, F: Any, Jo: Any) -> Any:
+        """What of the lifted F the passive energy sees."""
+        ...
+
+    def volume_energy(self, F: Any, Jo: Any) -> Any:
+        """Energy of a change of volume per reference volume."""
+        ...
+
+
+class _SeesF:
+    """A kinematics whose passive energy sees all of F, and nothing else."""
+
+    def distortion(self, F: Any, Jo: Any) -> Any:
+        """F itself."""
+        return F
+
+    def volume_energy(self, F: Any, Jo: Any) -> Any:
+        """None: the constraint holds, or there is none."""
+        return 0.0
+
 
 @description
-class Line:
+class Line(_SeesF):
     """One-dimensional continuum (section 4): F = J = x′, no transverse direction, no constraint.
 
     The displacement is quadratic, so that x′ can follow 1 + γ at every point where v is linear (4.3).
@@ -77,7 +100,7 @@ def _plane(F: Any, stretch: Any) -> Any:
 
 
 @description
-class PlaneStress:
+class PlaneStress(_SeesF):
     """Incompressible sheet with free faces (section 7): λ₃ = J / det F₂ eliminates thickness and pressure.
 
     "The vertical component of the strain plays the role of a diagnostic variable" (section 7).
@@ -106,7 +129,7 @@ class PlaneStress:
 
 
 @description
-class PlaneStrain:
+class PlaneStrain(_SeesF):
     """Incompressible sheet between rigid plates: λ₃ = 1, det F₂ = J by a pressure unknown (7.1).
 
     Args:
@@ -134,31 +157,56 @@ class PlaneStrain:
 
 @description
 class Solid:
-    """Incompressible solid, the paper's general model (3.5)–(3.8): J by a pressure unknown.
+    """Solid, the paper's general model (3.5)–(3.8): incompressible by a pressure unknown, or nearly so.
 
-    The pair of displacement (P2) and pressure (P1) is the stable one of Taylor and Hood.
+    The pair of displacement (P2) and pressure (P1) is the stable one of Taylor and Hood. With a bulk modulus
+    κ there is no pressure: the energy sees the part of F without change of volume, (J*/J)^⅓ F where J* is one
+    or Jo, and κ/4 ((J/J*)² − 1 − 2 ln (J/J*)) is added to it. It tends to the incompressible body like 1/κ;
+    beyond some thousand times the shear modulus quadratic displacements lock.
 
     Args:
         constraint: "total": J = 1 (3.8); "elastic": det Fe = 1, so that J = Jo.
+        bulk_modulus: κ of a nearly incompressible body, a pressure; None for an incompressible one.
     """
 
     constraint: Constraint = "total"
+    bulk_modulus: Positive | None = None
     dim: ClassVar[int] = 3
     tensor_dim: ClassVar[int] = 3
-    has_pressure: ClassVar[bool] = True
     degree: ClassVar[int] = 2
+
+    @property
+    def has_pressure(self) -> bool:
+        """Whether the constraint is enforced by an unknown pressure."""
+        return self.bulk_modulus is None
 
     def lift(self, F: Any, Jo: Any) -> Any:
         """F itself, 3 × 3."""
         return F
 
     def volume_ratio(self, F: Any, Jo: Any) -> Any:
-        """J = 1, or Jo where the elastic part is isochoric (exactly, not as the pressure enforces it)."""
-        return _target(self.constraint, Jo)
+        """J = 1, or Jo where the elastic part is isochoric (exactly, not as the pressure enforces it).
+
+        det F where the body is nearly incompressible.
+        """
+        return _target(self.constraint, Jo) if self.bulk_modulus is None else ufl.det(F)
 
     def constraint_residual(self, F: Any, Jo: Any) -> Any:
         """det F − J."""
         return ufl.det(F) - _target(self.constraint, Jo)
+
+    def distortion(self, F: Any, Jo: Any) -> Any:
+        """What of F the passive energy sees: all, or what does not change the volume."""
+        if self.bulk_modulus is None:
+            return F
+        return (_target(self.constraint, Jo) / ufl.det(F)) ** (1 / 3) * F
+
+    def volume_energy(self, F: Any, Jo: Any) -> Any:
+        """Energy of the change of volume per reference volume, zero where a pressure forbids it."""
+        if self.bulk_modulus is None:
+            return 0.0
+        ratio = ufl.det(F) / _target(self.constraint, Jo)
+        return self.bulk_modulus / 4 * (ratio**2 - 1 - 2 * ufl.ln(ratio))
 
 
 @dataclass(frozen=True)

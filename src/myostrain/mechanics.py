@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
 from myostrain.activation import ActivationLaw, ActiveDeformation, ActiveStress
 from myostrain.active_body import ActiveBody
-from myostrain.engine import MPI, compile_form, fem, jit_options
-from myostrain.errors import ComputationError, InputError
-from myostrain.fit import check_fit, check_room
+from myostrain.continuation import follow
+from myostrain.engine import compile_form, fem
+from myostrain.errors import ComputationError
+from myostrain.fit import check_fit, check_held, check_room
 from myostrain.geometry import Body
 from myostrain.history import History, backward_difference
 from myostrain.kinematics import Deformation, Kinematics
+from myostrain.loads import Course, Loads
 from myostrain.materials import Material
 from myostrain.newton import ChordNewton
+from myostrain.orientation import Orientation
 from myostrain.solvers import Options, assemble_nodal, largest, owned_dofs
 from myostrain.state import FieldState, State
-from myostrain.supports import fixed_conditions, rigid_body_pins
+from myostrain.supports import RigidMotions, fixed_conditions, sliding_conditions
 from myostrain.timing import timed
 from myostrain.validation import Positive, description
 
-import basix
 import basix.ufl
 import numpy as np
 import numpy.typing as npt
@@ -67,9 +69,16 @@ class Mechanics:
         law: Activation law γ(v).
         deformation: Active deformation Fo(γ).
         active_stress: A tension along the fibre beside the active strain (β = 0 for alone); None for none.
-        robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more.
-        robin_boundary: Named parts of the boundary that it acts on; all of it unless given.
+        activity: Factor on γ and the tension, a UFL scalar such as :func:`myostrain.geometry.transmural`
+            gives; None for one.
+        robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more; one, or by named part of
+            the boundary.
+        robin_boundary: Named parts of the boundary that a single ``robin`` acts on; all of it unless given.
+        robin_normal: Stiffness of supports P N = −k (u·N) N, which let the body slide, by named part.
+        pressure: Follower pressure by named part, positive towards the body: P N = −p J F⁻ᵀ N. A number, or
+            points (time, value) joined by straight lines.
         fixed: Named parts of the boundary where u = 0.
+        sliding: Named parts, each in a plane across an axis, that slide in it.
         body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
         relaxation_time: λ of the Kelvin–Voigt body, (4.14) on a line; zero for an elastic one.
         imposed_stretch: A stretch that holds the body for an initial time.
@@ -97,9 +106,13 @@ class Mechanics:
         law: ActivationLaw,
         deformation: ActiveDeformation | None = None,
         active_stress: ActiveStress | None = None,
-        robin: float = 0.0,
+        activity: Any = None,
+        robin: float | Mapping[str, float] = 0.0,
         robin_boundary: Sequence[str] | None = None,
+        robin_normal: Mapping[str, float] | None = None,
+        pressure: Mapping[str, Course] | None = None,
         fixed: Sequence[str] = (),
+        sliding: Sequence[str] = (),
         body_force: Any = None,
         relaxation_time: float = 0.0,
         imposed_stretch: ImposedStretch | None = None,
@@ -107,7 +120,7 @@ class Mechanics:
         tolerance: float = 1e-10,
         quadrature_degree: int | None = None,
     ) -> None:
-        check_fit(body, kinematics, material, robin, relaxation_time, imposed_stretch)
+        check_fit(body, kinematics, material, relaxation_time, imposed_stretch)
         self.body, self.kinematics, self.law = body, kinematics, law
         self.imposed_stretch = imposed_stretch
         self.relaxation_time = relaxation_time
@@ -115,7 +128,7 @@ class Mechanics:
         mesh = body.mesh
         mixed = kinematics.has_pressure
         self._active = active = ActiveBody(
-            body, kinematics, material, law, deformation, relaxation_time, active_stress
+            body, kinematics, material, law, deformation, relaxation_time, active_stress, activity
         )
         degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
         self._dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
@@ -131,21 +144,20 @@ class Mechanics:
         self.deformation = Deformation(F, kinematics.volume_ratio(F, Jo))
 
         residual = ufl.derivative(active.energy(self.u, self.v) * self._dx, self.u)
-        if robin_boundary is not None and not (len(robin_boundary) and robin > 0):
-            body.boundary_facets(robin_boundary, "mechanics.robin_boundary")
-            raise InputError(
-                f"{list(robin_boundary)} has no effect: name parts and give robin > 0, or leave it out",
-                "mechanics.robin_boundary",
-            )
-        if robin > 0:
-            ds = body.boundary_measure(robin_boundary, 2 * kinematics.degree, "mechanics.robin_boundary")
-            k, w = fem.Constant(mesh, float(robin)), active.displacement(self.u)
-            residual += ufl.derivative(k / 2 * ufl.inner(w, w) * ds, self.u)
-        if body_force is not None:
-            load = ufl.dot(body_force, active.displacement(self.u))
-            residual -= ufl.derivative(
-                load * ufl.dx(metadata={"quadrature_degree": 2 * kinematics.degree}), self.u
-            )
+        self.loads = Loads(
+            body,
+            active,
+            self.u,
+            self.v,
+            kinematics.degree,
+            pressure=pressure,
+            robin=robin,
+            robin_boundary=robin_boundary,
+            robin_normal=robin_normal,
+            body_force=body_force,
+        )
+        residual += self.loads.residual
+        self._past_loads = np.zeros_like(self.loads.at(0.0))
         self._rates: list[Any] = []
         self._past: list[tuple[fem.Function, fem.Function]] = []
         self._rate: Any = None
@@ -154,15 +166,15 @@ class Mechanics:
             self._rates = [fem.Constant(mesh, 0.0) for _ in range(3)]
             self._rate = active.strain_rate(self._rates, [(self.u, self.v), *self._past])
             residual += active.viscous_power(self._rate, self.u, self.v, ufl.TestFunction(space)) * self._dx
-        conditions = fixed_conditions(body, space, fixed, mixed)
-        if mixed and not robin > 0:
+        conditions = [
+            *fixed_conditions(body, space, fixed, mixed),
+            *sliding_conditions(body, space, sliding, mixed),
+        ]
+        if mixed and not self.loads.supports:
             check_room(body, fixed)
-        if not fixed and not robin > 0:
-            if body_force is not None:
-                raise InputError(
-                    "a loaded body must be held: fix a part of it, or give robin > 0", "mechanics.fixed"
-                )
-            conditions += rigid_body_pins(body, space, mixed)
+        motions = RigidMotions(body, fixed, sliding, self.loads.supports)
+        check_held(motions, self.loads.pressures(), body_force)
+        conditions += motions.pins(space, mixed)
         low, high = body.extent()
         self.size = float(np.linalg.norm(high - low))
         self._measured = None
@@ -178,12 +190,15 @@ class Mechanics:
             tolerance=tolerance * self.size,
             options=options,
             saddle_point=mixed,
-            depends_on=[self.v, *(f for pair in self._past for f in pair), *self._rates],
+            symmetric=self.loads.symmetric,
+            depends_on=[
+                self.v,
+                *(f for pair in self._past for f in pair),
+                *self._rates,
+                *self.loads.constants,
+            ],
         )
-        points = basix.make_quadrature(getattr(basix.CellType, mesh.topology.cell_type.name), 2)[0]
-        orientation = ufl.as_vector([ufl.det(active.gradient(self.u)), ufl.det(active.active(self.v))])
-        self._orientation = fem.Expression(orientation, points, jit_options=jit_options())
-        self._cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+        self._orientation = Orientation(body, active, self.u, self.v)
         self._nodal_u: fem.Function | None = None
         test = ufl.TestFunction(self.v.function_space)
         self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
@@ -219,12 +234,14 @@ class Mechanics:
         self.history.clear()
         self._past_v.clear()
         self.u.x.array[:] = 0.0
+        self._past_loads = np.zeros_like(self._past_loads)
         if self.held(time):
             self._impose()
         elif self.relaxation_time > 0:
             self._set_pressure()
         else:
-            self._equilibrate()
+            self._set_pressure()  # Newton finds its way from there, not from none
+            self._equilibrate(time)
         self.accept(time)
         self.hand_over(time)
 
@@ -248,46 +265,30 @@ class Mechanics:
             self.history.extrapolate(time, 2, self.u.x.array)
         if self._past:
             self._set_rates(time, order)
-        self._equilibrate()
+        self._equilibrate(time)
 
-    def _equilibrate(self) -> None:
-        """Solve; where one jump is too far, go from the last potential to the present one in pieces."""
-        begin = self.history.values[0] if self.history.values else np.zeros_like(self.u.x.array)
+    def _equilibrate(self, time: float) -> None:
+        """Solve for ``v`` and the loads at ``time``, in smaller jumps where one is too far."""
+        begin = self.history.values[0] if self.history.values else self.u.x.array.copy()
         before = self._past_v.values[0] if self._past_v.values else np.zeros_like(self.v.x.array)
-        target = self.v.x.array.copy()
-        for pieces in (1, 4, 16):
+        target, loads_before, loads = self.v.x.array.copy(), self._past_loads, self.loads.at(time)
+
+        def jump(share: float) -> None:
+            self.v.x.array[:] = before + (target - before) * share if share < 1 else target
+            self.loads.put(loads_before + (loads - loads_before) * share)
+            self.solver.solve()
+            self._orientation.check()
+
+        try:
+            jump(1.0)
+        except ComputationError:
+            self.solver.forget()
+            self.u.x.array[:] = begin
             try:
-                for piece in range(1, pieces + 1):
-                    self.v.x.array[:] = before + (target - before) * (piece / pieces)
-                    self.solver.solve()
-                break
+                follow(jump, self.u.x.array)
             except ComputationError:
                 self.v.x.array[:] = target
-                self.u.x.array[:] = begin
-                self.solver.forget()
-                if pieces == 16:
-                    raise
-        self._check_orientation()
-
-    def _check_orientation(self) -> None:
-        """Refuse a body that is inverted, or an active deformation that is (γ ≤ −1).
-
-        Raises:
-            ComputationError: It is, with the place.
-        """
-        values = self._orientation.eval(self.body.mesh, self._cells)
-        worst = float(values.min(initial=np.inf))
-        # NaN must not pass, hence "not >".
-        if self.body.comm.allreduce(not worst > 0, op=MPI.LOR):
-            where = ""
-            if not worst > 0:
-                cell = int(np.argmin(values.reshape(len(self._cells), -1).min(axis=1)))
-                corners = self.body.mesh.geometry.x[self.body.mesh.geometry.dofmaps[0][cell]]
-                where = f" near {np.round(corners.mean(axis=0)[: self.body.dim], 4).tolist()}"
-            raise ComputationError(
-                f"the body is inverted{where}: det F or det Fo is {worst:.3g}",
-                advice="a smaller time step, or a smaller activation or load.",
-            )
+                raise
 
     def _set_rates(self, time: float, order: int) -> None:
         points = min(order, len(self.history.times))
@@ -324,6 +325,7 @@ class Mechanics:
             "history": self.history.state(),
             "past_v": self._past_v.state(),
             "solver": self.solver.state(),
+            "loads": self._past_loads.tolist(),
             "rates": [float(constant.value) for constant in self._rates],
             "seconds": self.seconds,
         }
@@ -335,6 +337,8 @@ class Mechanics:
             field.put(function)
         for constant, value in zip(self._rates, state["rates"], strict=True):
             constant.value = value
+        self._past_loads = np.array(state["loads"])
+        self.loads.put(self._past_loads)
         self.history.restore(state["history"])
         self._past_v.restore(state["past_v"])
         self.seconds = state["seconds"]
@@ -345,6 +349,7 @@ class Mechanics:
 
     def accept(self, time: float) -> None:
         """Take the present configuration as the one at ``time``."""
+        self._past_loads = self.loads.at(time)
         self.history.push(time)
         self._past_v.push(time)
 

@@ -46,6 +46,7 @@ class ChordNewton:
         name: Section of a case file that reaches the linear solver's options.
         options: Options of the linear solver.
         saddle_point: Whether the tangent has a zero block.
+        symmetric: Whether the tangent is symmetric; that of a follower pressure is not.
         depends_on: Functions and constants, beside the unknown, that the tangent depends on.
         refresh: Contraction above which the tangent is renewed.
         max_iterations: Corrections that a solve may take.
@@ -62,6 +63,7 @@ class ChordNewton:
         name: str = "mechanics",
         options: Options | None = None,
         saddle_point: bool = False,
+        symmetric: bool = True,
         depends_on: Sequence[Any] = (),
         refresh: float = 0.3,
         max_iterations: int = 60,
@@ -77,11 +79,11 @@ class ChordNewton:
         self._residual = compile_form(residual)
         self._tangent = compile_form(ufl.derivative(residual, unknown))
         self._matrix = fem_petsc.create_matrix(self._tangent)
-        self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, symmetric)
         self._b, self._dx = fem.Function(space), fem.Function(space)
         dofs = [bc.dof_indices()[0] for bc in self._bcs]
         self._fixed = np.unique(np.concatenate(dofs)) if dofs else np.zeros(0, dtype=np.int32)
-        defaults = direct(global_dofs(space), self._comm.size, saddle_point)
+        defaults = direct(global_dofs(space), self._comm.size, saddle_point, symmetric)
         self.ksp = make_ksp(self._matrix, name, defaults, options)
         self._ready = False  # whether there is a factorization
         self._arguments = [unknown, *depends_on]

@@ -102,7 +102,8 @@ class Recovery:
         model.steps = good["steps"] + 1
 
     def _parts(self) -> list[Any]:
-        return [part for part in (self.model.potential, self.model.mechanics) if part is not None]
+        parts: tuple[Any, ...] = (self.model.potential, self.model.mechanics)
+        return [part for part in parts if part is not None and part.solver is not None]
 
     @contextmanager
     def _direct_solvers(self) -> Iterator[None]:

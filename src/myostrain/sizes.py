@@ -36,6 +36,7 @@ PER_NODE: dict[Any, tuple[float, float]] = {
     kinematics.Line: (1_800.0, 0.0),
     kinematics.PlaneStress: (2_400.0, 124.0),
     kinematics.PlaneStrain: (14_500.0, 560.0),
+    kinematics.Solid: (120_000.0, 0.0),
 }
 
 
@@ -87,6 +88,9 @@ def _counts(form: Any) -> tuple[float, float]:
     if isinstance(form, geometry.Rectangle):
         a, b = (max(1.0, side / form.spacing) for side in form.size)
         return (a + 1) * (b + 1), 2 * a * b
+    if isinstance(form, geometry.Slab):
+        a, b, c = (max(1.0, side / form.spacing) for side in form.size)
+        return (a + 1) * (b + 1) * (c + 1), 6 * a * b * c
     if isinstance(form, geometry.Ellipse):
         a, b = form.size
         rings = max(2.0, math.sqrt(a) * math.sqrt(b) / 2 / form.spacing)
@@ -136,7 +140,7 @@ def _problem(case: Case, folder: Path | None) -> tuple[str, str] | None:
             f"this gives about {size.nodes:.3g} nodes ({size.cells:.3g} cells) and {size.unknowns:.3g} "
             f"unknowns, which need {size.bytes / GB:.3g} GB; {free / GB:.3g} GB are free"
         )
-        return _finer(case, what, free)
+        return _finer(case, size, what, free)
     room = math.inf if folder is None else free_disk(folder)
     if size.output_bytes > room:
         every = case.time.end * size.output_bytes / size.frames / max(room, 1.0)
@@ -148,7 +152,7 @@ def _problem(case: Case, folder: Path | None) -> tuple[str, str] | None:
     return None
 
 
-def _finer(case: Case, what: str, free: float) -> tuple[str, str]:
+def _finer(case: Case, size: Size, what: str, free: float) -> tuple[str, str]:
     """The message of too fine a mesh, with the finest that would fit."""
     nodes, each = 0.0, _bytes(case.kinematics, 1e6) / 1e6
     for _ in range(5):
@@ -161,6 +165,8 @@ def _finer(case: Case, what: str, free: float) -> tuple[str, str]:
         return f"{what}: not even a coarse mesh fits", "geometry.spacing"
     if isinstance(form, geometry.Line):
         spacing = form.length / nodes
+    elif case.kinematics.dim == 3:  # nodes go like spacing⁻³, near enough
+        spacing *= (size.nodes / nodes) ** (1 / 3)
     else:
         share = 0.75 if isinstance(form, geometry.Ellipse) else 1.0
         spacing = math.sqrt(form.size[0]) * math.sqrt(form.size[1]) * math.sqrt(share / nodes)

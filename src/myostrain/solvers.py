@@ -89,8 +89,8 @@ def reason_name(why: int) -> str:
     return names.get(why, f"PETSc's reason {why}")
 
 
-def direct(unknowns: int, processes: int, saddle_point: bool) -> Options:
-    """Options of the direct solver for a symmetric tangent.
+def direct(unknowns: int, processes: int, saddle_point: bool, symmetric: bool = True) -> Options:
+    """Options of the direct solver for a tangent.
 
     One factorization serves a whole run, so that multigrid never wins on a sheet: with 382,000 unknowns a
     correction takes 0.22 s by the kept factors and 1.07 s by kept multigrid, a factorization 4.0 s and 1.1 s.
@@ -98,8 +98,9 @@ def direct(unknowns: int, processes: int, saddle_point: bool) -> Options:
     unknowns of a sheet) but take longer to compute, and no pivots: it is taken on one process, up to
     :data:`SMALL` unknowns, without a zero block.
     """
+    kind = "cholesky" if symmetric else "lu"
     if processes == 1 and not saddle_point and unknowns < SMALL:
-        return {"ksp_type": "preonly", "pc_type": "cholesky", "pc_factor_mat_ordering_type": "nd"}
+        return {"ksp_type": "preonly", "pc_type": kind, "pc_factor_mat_ordering_type": "nd"}
     if not PETSc.Sys.hasExternalPackage("mumps"):
         raise InputError(
             "this PETSc has no MUMPS, which the default solver needs for large bodies, pressures and several "
@@ -108,7 +109,7 @@ def direct(unknowns: int, processes: int, saddle_point: bool) -> Options:
         )
     return {
         "ksp_type": "preonly",
-        "pc_type": "cholesky",
+        "pc_type": kind,
         "pc_factor_mat_solver_type": "mumps",
         "mat_mumps_icntl_14": 60,  # room for pivoting, in percent
     }

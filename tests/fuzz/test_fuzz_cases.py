@@ -10,7 +10,7 @@ import tomllib
 from pathlib import Path
 
 from myostrain import Case, ComputationError, InputError, cases, sizes
-from myostrain.case import SECTIONS, TEXTS
+from myostrain.vocabulary import SECTIONS, TEXTS
 
 import hypothesis
 import pytest

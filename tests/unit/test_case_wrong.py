@@ -23,7 +23,7 @@ WRONG = [
         ("geometry.spacing", (1e-9, 1e-300), "cells"),
         ("geometry.kind", ("lin",), "'line'"),
         ("geometry.kind", (3, []), "ellipse, file, line, rectangle"),
-        ("geometry.kind", (REMOVED,), "line, rectangle, ellipse, file"),
+        ("geometry.kind", (REMOVED,), "line, rectangle, ellipse, slab"),
         ("geometry", (5, "line", []), "section"),
         ("geometry", (REMOVED,), "missing"),
         ("mechanics", (REMOVED,), "missing"),

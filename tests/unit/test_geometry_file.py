@@ -109,7 +109,6 @@ BROKEN = {
     "a node that is not there": (msh(elements=[*TRIANGLES, "2 2 7 1 1 2 9"]), ("gmsh", "9")),
     "a cell twice": (msh(elements=[*TRIANGLES, TRIANGLES[0]]), ("twice",)),
     "points only": (msh(elements=["15 2 7 1 1"]), ()),
-    "a solid": (msh([*SQUARE, "0 0 1"], ["4 2 7 1 1 2 4 5"]), ("dimension 3", "needed")),
 }  # fmt: skip
 
 

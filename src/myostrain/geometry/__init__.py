@@ -18,6 +18,7 @@ from myostrain.geometry.meshed import Meshed
 from myostrain.geometry.quality import Quality, quality
 from myostrain.geometry.rectangle import Rectangle
 from myostrain.geometry.slab import Slab
+from myostrain.geometry.transmural import depth, transmural
 from myostrain.geometry.ventricle import Ventricle
 from myostrain.geometry.xdmf import XdmfFile
 
@@ -40,6 +41,8 @@ __all__ = [
     "Ventricle",
     "XdmfFile",
     "build",
+    "depth",
     "quality",
     "readable",
+    "transmural",
 ]

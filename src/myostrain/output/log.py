@@ -100,8 +100,9 @@ def log_start(parameters: Mapping[str, Any], model: Electromechanics, processes:
     logger.info("kernel flags: %s", " ".join(jit_options()["cffi_extra_compile_args"]))
     logger.info("cells: %d, unknowns: %s", model.potential.body.cells, _line(unknowns(model)))
     for name, part in (("potential", model.potential), ("mechanics", model.mechanics)):
-        options: Any = PETSc.Options(part.solver.ksp.getOptionsPrefix()) if part else None
-        logger.info("solver.%s: %s", name, _line(options.getAll() if part else {}))
+        solver: Any = None if part is None else part.solver
+        options: Any = None if solver is None else PETSc.Options(solver.ksp.getOptionsPrefix())
+        logger.info("solver.%s: %s", name, _line({} if options is None else options.getAll()))
     import tomlkit
 
     logger.info("case:\n%s", textwrap.indent(tomlkit.dumps(dict(parameters)).rstrip(), "    "))

@@ -75,7 +75,9 @@ def _line_metrics(model: Electromechanics, displacement: Any) -> dict[str, float
 
 def solver_counts(model: Electromechanics) -> dict[str, dict[str, float]]:
     """Solves, iterations, factorizations of each solver; of the coupling, iterations and the body's lag."""
-    counts: dict[str, dict[str, float]] = {"potential": {**model.potential.solver.counters.as_dict()}}
+    counts: dict[str, dict[str, float]] = {"potential": {}}
+    if model.potential.solver is not None:  # none where the potential is given
+        counts["potential"] |= model.potential.solver.counters.as_dict()
     if model.mechanics is not None:
         counts["mechanics"] = {**model.mechanics.solver.counters.as_dict()}
     counts["coupling"] = {
@@ -98,7 +100,9 @@ def unknowns(model: Electromechanics) -> dict[str, int]:
 
 def tolerances(model: Electromechanics) -> dict[str, float]:
     """At what the solvers stopped: relative residual of the potential, absolute error of the displacement."""
-    found = {"potential": float(model.potential.solver.ksp.getTolerances()[0])}
+    found = {}
+    if model.potential.solver is not None:
+        found["potential"] = float(model.potential.solver.ksp.getTolerances()[0])
     if model.mechanics is not None:
         found["mechanics"] = model.mechanics.solver.tolerance
     return found
