@@ -49,7 +49,7 @@ class ActiveBody:
         activity: Any = None,
     ) -> None:
         mesh = body.mesh
-        self.kinematics, self._dim = kinematics, body.dim
+        self.kinematics, self._dim = with_constants(kinematics, mesh), body.dim
         self._material = with_constants(material, mesh)
         self._law = with_constants(law, mesh)
         self._active = with_constants(deformation or Fibre(), mesh)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from myostrain import materials
 from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
+from myostrain.loads import Course, value_at
 from myostrain.materials import Material
 from myostrain.supports import RigidMotions
 
@@ -33,22 +34,28 @@ def check_room(body: Body, fixed: Sequence[str]) -> None:
         )
 
 
-def check_held(motions: RigidMotions, pressures: Iterable[str], body_force: Any) -> None:
-    """Refuse a load on a body that is free to follow it.
+def check_held(motions: RigidMotions, pressure: Mapping[str, Course], body_force: Any) -> None:
+    """Refuse loads on a body that is free to follow them.
 
     Raises:
-        InputError: It is.
+        InputError: They are.
     """
     if not motions.free.shape[1]:
         return
     if body_force is not None:
         raise InputError("a loaded body must be held: fix a part of it, or give robin > 0", "mechanics.fixed")
-    for part in pressures:
-        if motions.pushed_by(part):
+    pushes = {part: motions.push(part) for part in pressure}
+    points = [point for course in pressure.values() if isinstance(course, tuple) for point in course]
+    for time in {point[0] for point in points} or {0.0}:
+        values = {part: value_at(course, time) for part, course in pressure.items()}
+        none = np.zeros(motions.free.shape[1])
+        total = sum((values[part] * force for part, (force, _) in pushes.items()), none)
+        scale = sum(abs(values[part]) * area for part, (_, area) in pushes.items())
+        if np.abs(total).max() > 1e-6 * scale:
             raise InputError(
-                "this pressure pushes the body along a motion that nothing holds: fix a part of the "
-                "boundary, let one slide in its plane, or give robin > 0",
-                f"mechanics.pressure.{part}",
+                "pressures push the body along a motion that nothing holds: fix a part of the boundary, let "
+                "one slide in its plane, or give robin > 0",
+                f"mechanics.pressure.{next(iter(pressure))}",
             )
 
 

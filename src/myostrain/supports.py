@@ -141,18 +141,20 @@ class RigidMotions:
         rows = np.vstack([self.rows(corners, d) for d in directions])
         return rows.T @ rows
 
-    def pushed_by(self, part: str) -> bool:
-        """Whether a pressure on a part of the boundary pushes the body along a motion that is free."""
+    def push(self, part: str) -> tuple[Array, float]:
+        """The forces of a unit pressure on a part of the boundary along the free motions, and its area."""
         points, normals = _surface(self._body, [part])
         if self._body.dim == 1:
             areas = np.ones(len(points))
         elif self._body.dim == 2:
             areas = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
         else:
-            areas = np.linalg.norm(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]), axis=1)
+            areas = (
+                np.linalg.norm(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]), axis=1) / 2
+            )
         rows = self.rows(points.mean(axis=1), normals) * areas[:, None]
-        force = self._body.comm.allreduce(rows.sum(axis=0) @ self.free)
-        return bool(np.abs(force).max(initial=0.0) > 1e-6 * self._body.comm.allreduce(areas.sum()))
+        comm = self._body.comm
+        return comm.allreduce(rows.sum(axis=0) @ self.free), comm.allreduce(float(areas.sum()))
 
     def pins(self, space: fem.FunctionSpace, mixed: bool) -> list[fem.DirichletBC]:
         """Hold the body at as many components of nodes as it has free motions.

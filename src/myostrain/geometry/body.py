@@ -78,13 +78,20 @@ class Body:
     def boundary_measure(
         self, names: Iterable[str] | None, degree: int, key: str | None = None
     ) -> ufl.Measure:
-        """Surface measure over the named parts of the boundary; None means all of it."""
-        metadata = {"quadrature_degree": degree}
+        """Surface measure over the named parts of the boundary; None means all of it.
+
+        All measures of a body share its tags, as the integrals of one form have to.
+        """
+        measure = ufl.Measure(
+            "ds",
+            domain=self.mesh,
+            subdomain_data=self.meshed.facet_tags,
+            metadata={"quadrature_degree": degree},
+        )
         if names is None:
-            return ufl.Measure("ds", domain=self.mesh, metadata=metadata)
-        facets = np.sort(self.boundary_facets(names, key))
-        tags = dmesh.meshtags(self.mesh, self.mesh.topology.dim - 1, facets, np.ones_like(facets))
-        return ufl.Measure("ds", domain=self.mesh, subdomain_data=tags, metadata=metadata)(1)
+            return measure
+        self.boundary_facets(names, key)  # says which name is wrong
+        return measure(tuple(self.meshed.boundaries[name] for name in names))
 
     def extent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         """Lowest and highest coordinates of the body over all processes, each of length ``dim``."""
