@@ -301,6 +301,7 @@ class Case:
             fields=self.output.fields,
             checkpoint_every=self.output.checkpoint_every,
             checkpoint_seconds=self.output.checkpoint_seconds,
+            ellipticity=self.mechanics.ellipticity,
             force=force,
             resume=resume,
             case={"name": self.name, "parameters": self.parameters},

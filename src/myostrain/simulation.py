@@ -9,7 +9,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol, get_args
+from typing import Any, Literal, Protocol, get_args
 
 from myostrain.checkpoint import Checkpoints
 from myostrain.coupling import Electromechanics
@@ -20,7 +20,7 @@ from myostrain.output import results as summary
 from myostrain.output.fields import FieldName, FieldWriter
 from myostrain.output.folder import on_first, prepare, write_json
 from myostrain.output.probes import ActivationTimes, Probes
-from myostrain.output.table import ProbeTable
+from myostrain.output.table import MeasureTable, ProbeTable
 from myostrain.recovery import Recovery, check_finite
 from myostrain.state import State
 
@@ -70,6 +70,7 @@ class Simulation:
         probes: Material points by name, at which activation times are taken and values recorded.
         every: Simulated time between written fields; None for a sixtieth of the run.
         fields: Which fields to write.
+        ellipticity: "warn" looks for a loss of ellipticity of a solid where it is measured.
         checkpoint_every: Simulated time between checkpoints; None for none by simulated time.
         checkpoint_seconds: Seconds of wall clock between checkpoints, longer where one takes over a fiftieth
             of that; infinity for none by the clock.
@@ -93,6 +94,7 @@ class Simulation:
         probes: Mapping[str, Sequence[float]] | None = None,
         every: float | None = None,
         fields: Sequence[FieldName] = ("potential", "states", "displacement", "stress_trace"),
+        ellipticity: Literal["off", "warn"] = "off",
         checkpoint_every: float | None = None,
         checkpoint_seconds: float = CHECKPOINT_SECONDS,
         force: bool = False,
@@ -127,7 +129,7 @@ class Simulation:
         if self.out is not None:
             self._lock = prepare(self.out, force=force, resume=resume, comm=self._comm)
         self._resume = resume and out is not None
-        self._fields = tuple(fields)
+        self._fields, self._ellipticity = tuple(fields), ellipticity == "warn"
         self._fields_due = Schedule(end / 60 if every is None else every, self.step, self.steps)
         self._probes_due = Schedule(end / 1000, self.step, self.steps)
         self._checkpoints_due = Schedule(checkpoint_every, self.step, self.steps)
@@ -191,10 +193,17 @@ class Simulation:
                 "activation": activation.state(),
                 "retries": recovery.retries,
                 "table": rows.size(),
+                "measures": measures.state(),
                 "seconds": before + time.perf_counter() - begin + self._setup,
             }
 
         rows = ProbeTable(model, self.probes, out, None if saved is None else saved["table"])
+        measures = MeasureTable(
+            model,
+            out,
+            ellipticity=self._ellipticity,
+            saved=None if saved is None else saved.get("measures"),
+        )
         writer = None
         orderly = False  # whether all processes come to the end together
         try:
@@ -202,12 +211,12 @@ class Simulation:
                 writer = FieldWriter(model, out, self._fields)
                 writer.truncate(first if saved is not None else -1)
             if saved is None:
-                self._write(writer, rows, 0)
+                self._write(writer, rows, measures, 0)
             for number in range(first + 1, self.steps + 1):
                 start = model.time
                 recovery.step(number * self.step)
                 activation.observe(start, model.time)
-                self._write(writer, rows, number)
+                self._write(writer, rows, measures, number)
                 if progress is not None:
                     progress.update(number, model.time)
                 self._pause(number, checkpoints, state, interrupts)
@@ -225,9 +234,11 @@ class Simulation:
             raise
         finally:
             rows.close()
+            measures.close()
         self.activation_times = activation.nodes
         total = before + time.perf_counter() - begin + self._setup
         results = self._results(activation.at_probes(), setup, total, recovery.retries)
+        results["metrics"] |= measures.metrics()
         if finish is not None:
             finish(results)
         if out is not None:
@@ -293,10 +304,14 @@ class Simulation:
                 write_json(self.out / "failure.json", record)
         return failure
 
-    def _write(self, writer: FieldWriter | None, rows: ProbeTable, number: int) -> None:
+    def _write(
+        self, writer: FieldWriter | None, rows: ProbeTable, measures: MeasureTable, number: int
+    ) -> None:
         begin = time.perf_counter()
-        if writer is not None and self._fields_due.due(number):
-            writer.write(number, self.model.time)
+        if self._fields_due.due(number):
+            if writer is not None:
+                writer.write(number, self.model.time)
+            measures.add()
         if self._probes_due.due(number):
             rows.add()
         self._output_seconds += time.perf_counter() - begin

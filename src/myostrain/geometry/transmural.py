@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from myostrain.engine import fem
+from myostrain.engine import fem, jit_options
 from myostrain.errors import InputError
 from myostrain.geometry.body import Body
 
@@ -29,7 +29,7 @@ def transmural(body: Body, ends: tuple[float, float], between: tuple[str, str] |
 
 
 def depth(body: Body, between: tuple[str, str] | None = None) -> fem.Function:
-    """The depth in the wall, P1: harmonic, 0 at the endocardium and 1 at the epicardium.
+    """The depth in the wall, P2: harmonic, 0 at the endocardium and 1 at the epicardium.
 
     Args:
         body: The body.
@@ -48,7 +48,7 @@ def depth(body: Body, between: tuple[str, str] | None = None) -> fem.Function:
                 f"name the two sides of the wall: this body has the boundaries {', '.join(known) or 'none'}",
                 key,
             )
-    space = fem.functionspace(body.mesh, ("Lagrange", 1))
+    space = fem.functionspace(body.mesh, ("Lagrange", 2))
     dofs = [
         fem.locate_dofs_topological(space, body.dim - 1, body.boundary_facets(side, key)) for side in names
     ]
@@ -62,6 +62,12 @@ def depth(body: Body, between: tuple[str, str] | None = None) -> fem.Function:
         bcs=[fem.dirichletbc(value, d, space) for value, d in zip((0.0, 1.0), dofs, strict=True)],
         u=found,
         petsc_options_prefix="myostrain_depth_",
-        petsc_options={"ksp_type": "cg", "pc_type": "gamg", "ksp_rtol": 1e-12},
+        petsc_options={
+            "ksp_type": "cg",
+            "pc_type": "gamg",
+            "ksp_rtol": 1e-12,
+            "ksp_error_if_not_converged": True,
+        },
+        jit_options=jit_options(),
     ).solve()
     return found

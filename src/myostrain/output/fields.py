@@ -11,7 +11,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from myostrain.engine import fem, lasting
+from myostrain.engine import fem, jit_options, lasting
 from myostrain.errors import InputError
 from myostrain.ordering import Ordering
 from myostrain.output.folder import discard, on_first, part_of
@@ -23,10 +23,20 @@ import numpy.typing as npt
 
 if TYPE_CHECKING:
     from myostrain.coupling import Electromechanics
+    from myostrain.geometry import Body
 
 Array = npt.NDArray[np.float64]
 
 FieldName = Literal["potential", "states", "displacement", "stress_trace"]
+
+
+def cell_fibres(body: Body) -> Array:
+    """Fibre directions at the centres of this process's own cells, (m, dim)."""
+    tdim = body.mesh.topology.dim
+    cells = np.arange(body.mesh.topology.index_map(tdim).size_local, dtype=np.int32)
+    centre = np.full((1, tdim), 1 / (tdim + 1))
+    f0 = fem.Expression(body.f0, centre, jit_options=jit_options()).eval(body.mesh, cells)
+    return np.asarray(f0, dtype=float).reshape(len(cells), -1)
 
 
 class FieldWriter:
@@ -54,7 +64,11 @@ class FieldWriter:
                 self._trace = wanted["stress_trace"] = fem.Function(space, name="stress_trace")
         self._fields = wanted
         self._vectors = wanted["displacement"].function_space if "displacement" in wanted else None
-        self._snapshots = SnapshotWriter(folder, space, self._vectors) if wanted else None
+        self._snapshots = None
+        if wanted:
+            body = model.potential.body
+            fibres = cell_fibres(body) if body.dim == 3 else None
+            self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres)
 
     def write(self, step: int, time: float) -> None:
         """Write the present fields, after so many steps.

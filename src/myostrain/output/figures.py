@@ -7,6 +7,7 @@ from pathlib import Path
 from myostrain.output.figures_data import Recording
 from myostrain.output.figures_line import draw_line
 from myostrain.output.figures_sheet import draw_sheet
+from myostrain.output.figures_solid import draw_solid
 from myostrain.output.figures_style import COLOURS, GREY, SEQUENTIAL, new_figure, plain, save, style, writing
 
 from matplotlib import colormaps
@@ -17,8 +18,9 @@ def draw(folder: Path) -> list[Path]:
 
     A line gives ``potential.png``, ``evolution.png`` and ``space-time.png``, with the rigid twin in
     ``folder/rigid`` beside it if there is one; a sheet gives ``potential.png``, ``stress.png``,
-    ``activation.png`` and ``animation.gif``; probes of any body give ``probes.png``. What was not
-    recorded, or not any more because the run failed, is left out. Files of earlier calls are replaced.
+    ``activation.png`` and ``animation.gif``; a solid these, ``displacement.png`` and ``fibres.png``, if
+    PyVista is there; probes of any body give ``probes.png``. What was not recorded, or not any more because
+    the run failed, is left out. Files of earlier calls are replaced.
 
     Args:
         folder: The result folder of a run.
@@ -43,6 +45,8 @@ def draw(folder: Path) -> list[Path]:
             written += draw_line(run, twin, figures)
         elif len(run.time) and run.dim == 2:
             written += draw_sheet(run, figures)
+        elif len(run.time) and run.dim == 3:
+            written += draw_solid(run, figures)
         return written + _probes(run, figures / "probes.png")
 
 

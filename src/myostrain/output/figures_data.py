@@ -26,6 +26,7 @@ class Recording:
     Attributes:
         points: Material coordinates of the nodes, (n, dim).
         cells: Node numbers of the cells, (m, dim + 1).
+        fibres: Fibre directions at the centres of the cells, (m, dim); None where they were not recorded.
         time: Times of the frames, (frames,).
         case: ``case.toml``, empty if there is none.
         results: ``results.json``, empty if there is none, as after a failed run.
@@ -37,6 +38,7 @@ class Recording:
     def __init__(self, folder: Path) -> None:
         self.folder, self._snapshots = folder, Snapshots(folder)
         self.points, self.cells = self._snapshots.points, self._snapshots.cells
+        self.fibres = self._snapshots.fibres
         self.time = self._snapshots.times
         self.case: dict[str, Any] = _parsed(folder / "case.toml", tomllib.loads)
         self.results: dict[str, Any] = _parsed(folder / "results.json", json.loads)
@@ -64,10 +66,15 @@ class Recording:
         given = given or self.case.get("probes", {})
         return {name: np.asarray(place, dtype=float)[: self.dim] for name, place in given.items()}
 
+    def unit(self, quantity: str) -> str:
+        """The unit of a quantity, such as "length"; empty if there is none."""
+        units = self.case.get("units")
+        return str(units.get(quantity, "")) if isinstance(units, dict) else ""
+
     def label(self, symbol: str, quantity: str) -> str:
         """An axis label: the symbol and its unit, "non-dimensional" unless the case has ``[units]``."""
         units = self.case.get("units")
-        unit = "non-dimensional" if not isinstance(units, dict) else units.get(quantity)
+        unit = units.get(quantity) if isinstance(units, dict) and units else "non-dimensional"
         return symbol if unit is None else f"{symbol} ({unit})"
 
     def has(self, *names: str) -> bool:

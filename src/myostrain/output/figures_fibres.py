@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from myostrain.engine import fem
 from myostrain.errors import InputError
 from myostrain.geometry import Body
+from myostrain.output.fields import cell_fibres
+from myostrain.output.figures_data import Recording
+from myostrain.output.figures_page import Page, scale
+from myostrain.output.figures_scene import Scene, looks
+from myostrain.output.figures_style import BLUE, GREEN, ORANGE, VERMILION, save, style
+from myostrain.output.figures_surface import hollow
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib.colors import LinearSegmentedColormap, Normalize
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
 #: Fibres drawn at most; of more, every second, third, ... is.
 MOST = 12_000
-PANEL = 900  # pixels
 #: Colours of lines: −90 and 90 degrees are one direction.
-CYCLIC = "twilight_shifted"
+CYCLIC = LinearSegmentedColormap.from_list(
+    "angles", ["#333333", BLUE, GREEN, ORANGE, VERMILION, "#882255", "#333333"]
+)
 
 
 def helix_angles(points: Array, f0: Array, axis: tuple[float, float] = (0.0, 0.0)) -> Array:
@@ -39,10 +44,17 @@ def helix_angles(points: Array, f0: Array, axis: tuple[float, float] = (0.0, 0.0
     return np.degrees(np.arctan2(rise * np.where(forth < 0, -1, 1), np.abs(forth)))
 
 
-def draw_fibres(body: Body, path: Path, axis: tuple[float, float] = (0.0, 0.0)) -> None:
-    """Write a picture of the fibres: on the surface, and cut open along Y = ``axis[1]``.
+def plane_angles(f0: Array) -> Array:
+    """Angles of fibres (n, 3), seen along Z, with X: −90 to 90 degrees, positive from X towards Y."""
+    x, y = f0[:, 0], f0[:, 1]
+    return np.degrees(np.arctan2(y * np.where(x < 0, -1, 1), np.abs(x)))
 
-    Colours are the helix angles. Every process of the body's takes part, the first one draws.
+
+def draw_fibres(body: Body, path: Path, axis: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Write a picture of the fibres of a body, cut open and from outside where it is hollow.
+
+    Colours are the helix angles of a hollow body, and the angles in the plane of X and Y of a full one. Every
+    process of the body's takes part, the first one draws.
 
     Args:
         body: A body of three dimensions.
@@ -55,108 +67,58 @@ def draw_fibres(body: Body, path: Path, axis: tuple[float, float] = (0.0, 0.0)) 
     if body.dim != 3:
         raise InputError("fibres are drawn of solids")
     mesh = body.mesh
-    cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
-    corners = mesh.geometry.x[mesh.geometry.dofmaps[0][cells]]
-    # In each cell at its centre, then on each of its sides, numbered as the corner that it has not.
-    weights = np.vstack([np.full(4, 1 / 4), (1 - np.eye(4)) / 3])
-    f0 = fem.Expression(body.f0, weights[:, 1:].copy()).eval(mesh, cells)
-    points = weights @ corners
-    cell, side = _outer_sides(body)
-    others = np.array([[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]])
-    facets = np.take_along_axis(corners[cell], others[side][:, :, None], axis=1)
-    found = (points[:, 0], f0[:, 0], points[cell, side + 1], f0[cell, side + 1], facets, corners[cell, side])
-    parts = body.comm.gather(found, root=0)
-    if body.comm.rank == 0:
-        joined = [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
-        _Picture(axis, *joined).draw(path)
+    own = mesh.topology.index_map(3).size_local
+    corners = mesh.geometry.x[mesh.geometry.dofmaps[0][:own, :4]]
+    parts = body.comm.gather((corners, cell_fibres(body)), root=0)
+    if parts is not None:
+        corners, f0 = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        points, cells = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+        with style():
+            _draw(points, cells.reshape(-1, 4), f0, "Fibres", "", axis, path)
 
 
-def _outer_sides(body: Body) -> tuple[Indices, Indices]:
-    """Cells with a side on the boundary, and which side, (n,) each; a cell with two appears twice."""
-    topology = body.mesh.topology
-    topology.create_connectivity(3, 2)
-    facets = body.boundary_facets(None)
-    sides = topology.connectivity(3, 2).array.reshape(-1, 4)[: topology.index_map(3).size_local]
-    cell, side = np.nonzero(np.isin(sides, facets))
-    return cell, side
+def draw_recorded_fibres(recording: Recording, path: Path) -> Path:
+    """Write a picture of the fibres of a run, as :func:`draw_fibres` does, in the present style.
+
+    The long axis is the Z axis of ventricles that myostrain meshes, and through the middle of other bodies.
+
+    Args:
+        recording: The run, of a solid, with fibres.
+        path: The picture, ``.png``.
+    """
+    assert recording.fibres is not None
+    low, high = recording.points.min(axis=0), recording.points.max(axis=0)
+    own = recording.case.get("geometry", {}).get("kind") in ("ventricle", "biventricle")
+    axis = (0.0, 0.0) if own else (float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2)
+    title, unit = recording.title, recording.unit("length")
+    return _draw(recording.points, recording.cells, recording.fibres, title, unit, axis, path)
 
 
-@dataclass(frozen=True)
-class _Picture:
-    """Fibres at points within and on the surface, its triangles, and the corners behind these."""
-
-    axis: tuple[float, float]
-    points: Array
-    f0: Array
-    surface_points: Array
-    surface_f0: Array
-    facets: Array
-    behind: Array
-    def draw(self, path: Path) -> None:
-        pv = _pyvista()
-        number = len(self.facets)
-        triangles = np.column_stack([np.full(number, 3), np.arange(3 * number).reshape(-1, 3)])
-        surface = pv.PolyData(self.facets.reshape(-1, 3), triangles.reshape(-1))
-        length = 1.1 * np.sqrt(surface.area / number)
-        # Fibres on the surface are lifted a little, lest its triangles hide them.
-        edges = self.facets[:, 1:] - self.facets[:, :1]
-        normal = np.cross(edges[:, 0], edges[:, 1])
-        normal *= np.sign((normal * (self.surface_points - self.behind)).sum(axis=1, keepdims=True))
-        lifted = self.surface_points + 0.05 * length * normal / np.linalg.norm(normal, axis=1, keepdims=True)
-        beyond = lifted[:, 1] > self.axis[1]
-        layer = (self.points[:, 1] > self.axis[1]) & (self.points[:, 1] < self.axis[1] + length)
-        half = surface.clip("-y", origin=(*self.axis, 0.0))
-        panels = (
-            (surface, lifted, self.surface_f0),
-            (half, np.r_[lifted[beyond], self.points[layer]], np.r_[self.surface_f0[beyond], self.f0[layer]]),
-        )
-        plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(2 * PANEL, PANEL), border=False)
-        plotter.set_background("white")
-        for panel, (body, points, f0) in enumerate(panels):
-            plotter.subplot(0, panel)
-            plotter.add_mesh(body, color="#e0e0e0")
-            plotter.add_mesh(
-                self._lines(pv, points, f0, length),
-                cmap=CYCLIC,
-                clim=(-90, 90),
-                line_width=4,
-                lighting=False,
-                show_scalar_bar=panel == 1,
-                scalar_bar_args={
-                    "vertical": True,
-                    "position_x": 0.88,
-                    "position_y": 0.1,
-                    "height": 0.5,
-                    "width": 0.06,
-                    "color": "black",
-                    "n_labels": 5,
-                    "fmt": "%.0f",
-                },
-            )
-            plotter.view_xz()
-            plotter.camera.elevation = 15 * panel
-        try:
-            plotter.screenshot(str(path))
-        finally:
-            plotter.close()
-
-    def _lines(self, pv: Any, points: Array, f0: Array, length: float) -> Any:
-        """Short lines along fibres, with their helix angles."""
-        chosen = slice(None, None, 1 + len(points) // MOST)
-        points, f0 = points[chosen], f0[chosen]
-        ends = points[:, None] + 0.5 * length * np.array([-1.0, 1.0])[:, None] * f0[:, None]
-        lines = np.column_stack([np.full(len(points), 2), np.arange(2 * len(points)).reshape(-1, 2)])
-        made = pv.PolyData(ends.reshape(-1, 3), lines=lines.reshape(-1))
-        made.cell_data["helix angle"] = helix_angles(points, f0, self.axis)
-        return made
-
-
-def _pyvista() -> Any:
-    try:
-        import pyvista
-    except ImportError as missing:
-        raise InputError(
-            f"pictures of solids are drawn by PyVista, which is not here ({missing}): "
-            "`uv sync --extra render` in a checkout of myostrain, or `pip install pyvista`"
-        ) from missing
-    return pyvista
+def _draw(
+    points: Array, cells: Indices, f0: Array, title: str, unit: str, axis: tuple[float, float], path: Path
+) -> Path:
+    """Short lines along fibres (m, 3) of the cells (m, 4) that are seen, on two views of the body."""
+    both = looks(points, cells)
+    columns, pixel = scale([look.view for look in both], points, len(both))
+    scenes = [Scene(look, points, points, pixel) for look in both]
+    page = Page(title, unit, scenes, columns)
+    helix = hollow(points, cells)
+    for number, scene in enumerate(scenes):
+        surface = scene.look.surface
+        corners = surface.at(points)[surface.triangles]
+        chosen = slice(None, None, 1 + len(corners) // MOST)
+        along, centres = f0[surface.cell[chosen]], corners[chosen].mean(axis=1)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        twice = np.linalg.norm(normal, axis=1, keepdims=True)
+        normal = (normal / np.maximum(twice, 1e-300))[chosen]
+        length = 1.1 * np.sqrt(twice.sum() / 2 / len(centres))
+        angles = helix_angles(centres, along, axis) if helix else plane_angles(along)
+        # What of them is within the surface: lines that come out of it would be cut off by it at random.
+        within = along - (along * normal).sum(axis=1, keepdims=True) * normal
+        scene.lines(centres, length * within, angles, CYCLIC, (-90.0, 90.0))
+        page.panel(number, scene.image(), scene.look.name)
+        scene.close()
+        page.axes(scene, right=number == 1)
+    label = "helix angle (degrees)" if helix else "angle with $x$ in the plane of $x$ and $y$ (degrees)"
+    page.bar(Normalize(-90.0, 90.0), CYCLIC, label, ticks=range(-90, 91, 30))
+    return save(page.figure, path)

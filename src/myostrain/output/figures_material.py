@@ -21,8 +21,11 @@ Array = npt.NDArray[np.float64]
 
 #: The axes of the point: fibre, sheet direction, normal of the sheet.
 AXES = "fsn"
+LABELS = {"f": "fibre f", "s": "sheet s", "n": "normal n"}
 #: Bisections for the lateral stretch; the interval is below round-off after 60.
 BISECTIONS = 60
+#: What files of pictures may end in.
+SUFFIXES = (".png", ".pdf", ".svg")
 
 
 def uniaxial(material: Any, stretch: Array) -> dict[str, Array]:
@@ -100,17 +103,22 @@ def simple_shear(material: Any, amount: Array) -> dict[str, Array]:
 
 def draw_material(
     material: Any,
-    path: Path,
+    path: str | Path,
     *,
     stretch: tuple[float, float] = (0.85, 1.15),
     shear: float = 0.4,
     unit: str = "",
 ) -> Path:
-    """Draw the curves of a material for three dimensions.
+    """Draw the curves of a material for three dimensions, as ``myostrain material`` does.
+
+    Three panels show Cauchy stress: :func:`uniaxial`, :func:`equibiaxial` and :func:`simple_shear`, which
+    give the numbers too. The material is incompressible and passive; it may be one of a script's own::
+
+        draw_material(ms.materials.Guccione1995(C=2.0, bf=8.0), "guccione.png", unit="kPa")
 
     Args:
         material: The passive material.
-        path: Where to, a file that Matplotlib knows how to write, replaced if it exists.
+        path: Where to, a .png, .pdf or .svg file, replaced if it exists.
         stretch: Range of the stretches.
         shear: Largest amount of shear.
         unit: Unit of its stiffness, such as "kPa"; none by default.
@@ -121,25 +129,28 @@ def draw_material(
     Raises:
         InputError: It cannot be written, or the material is that of a line.
     """
+    path = Path(path)
     if material.tensor_dim != 3:
-        raise InputError(f"{type(material).__name__} is for a line; curves are of materials for 3D", "MODEL")
+        raise InputError(f"{type(material).__name__} is for a line; curves are of materials for 3D", "NAME")
+    if path.suffix not in SUFFIXES:
+        raise InputError(f"'{path}' is no picture: end its name in {', '.join(SUFFIXES)}", "--out")
     lam, kappa = np.linspace(*stretch, 61), np.linspace(0.0, shear, 41)
     of = f" ({unit})" if unit else ""
     panels = (
-        ("Uniaxial", r"$\lambda$", lam, uniaxial(material, lam)),
-        ("Equibiaxial, fibre and sheet", r"$\lambda$", lam, equibiaxial(material, lam)),
-        ("Simple shear", r"$\kappa$", kappa, simple_shear(material, kappa)),
+        ("Uniaxial", r"stretch $\lambda$", lam, uniaxial(material, lam)),
+        ("Equibiaxial", r"stretch $\lambda$ of fibre and sheet", lam, equibiaxial(material, lam)),
+        ("Simple shear", r"amount of shear $\kappa$", kappa, simple_shear(material, kappa)),
     )
     with style():
         figure = new_figure(10.5, 3.6, _title(material))
         for panel, (title, label, x, curves) in zip(figure.subplots(1, 3), panels, strict=True):
             for i, (names, y) in enumerate(_distinct(curves)):
-                panel.plot(x, y, color=COLOURS[i], label=", ".join(names))
+                panel.plot(x, y, color=COLOURS[i], label=", ".join(LABELS.get(name, name) for name in names))
             panel.axhline(0, color=GREY, linewidth=0.5, zorder=1)
             panel.set(title=title, xlabel=label, ylabel=rf"Cauchy stress{of}")
             panel.margins(x=0)
             panel.legend()
-        return save(figure, Path(path))
+        return save(figure, path)
 
 
 def _title(material: Any) -> str:

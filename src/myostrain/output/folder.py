@@ -22,6 +22,7 @@ OWN = (
     "results.json",
     "failure.json",
     "probes.csv",
+    "measures.csv",
     "fields.bp",
     "snapshots",
     "figures",
@@ -38,7 +39,8 @@ OWN = (
 
 #: What a run draws.
 FIGURES = (
-    *(f"{name}.png" for name in ("potential", "evolution", "space-time", "stress", "activation", "probes")),
+    *(f"{name}.png" for name in ("potential", "evolution", "space-time", "displacement", "stress")),
+    *(f"{name}.png" for name in ("activation", "fibres", "probes")),
     "animation.gif",
 )
 

@@ -43,9 +43,17 @@ class SnapshotWriter:
         folder: The result folder.
         space: Space of the scalar fields, P1.
         vectors: Space of the vector fields, P1 with a block; None if there are none.
+        fibres: Fibre directions at the centres of this process's own cells, (cells, dim); None to leave
+            them out.
     """
 
-    def __init__(self, folder: Path, space: fem.FunctionSpace, vectors: fem.FunctionSpace | None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        space: fem.FunctionSpace,
+        vectors: fem.FunctionSpace | None,
+        fibres: Array | None = None,
+    ) -> None:
         mesh = space.mesh
         self._folder, self._dim, self._comm = folder, mesh.geometry.dim, lasting(mesh.comm)
         self._nodes = Ordering(space)
@@ -55,12 +63,14 @@ class SnapshotWriter:
         X[space.dofmap.list] = mesh.geometry.x[corners, : self._dim]  # as they were given, to the last digit
         columns = [self._nodes.gather(X[:, i]) for i in range(self._dim)]
         own = mesh.topology.index_map(mesh.topology.dim).size_local
-        parts = self._comm.gather(self._nodes.positions[space.dofmap.list[:own]], root=0)
+        parts = self._comm.gather((self._nodes.positions[space.dofmap.list[:own]], fibres), root=0)
         arrays = {}
         if parts is not None:
-            cells = np.concatenate(parts)
+            cells = np.concatenate([part for part, _ in parts])
             by_nodes = np.lexsort(np.sort(cells, axis=1).T[::-1])
             arrays = {"points": np.column_stack(columns), "cells": cells[by_nodes]}  # type: ignore[arg-type]
+            if fibres is not None:
+                arrays["fibres"] = np.concatenate([part for _, part in parts])[by_nodes]
         self._save("mesh.npz", arrays)
 
     def write(self, step: int, time: float, values: Mapping[str, Array]) -> None:
@@ -118,6 +128,7 @@ class Snapshots:
     Attributes:
         points: Material coordinates of the nodes, (n, dim).
         cells: Node numbers of the cells, (m, dim + 1).
+        fibres: Fibre directions at the centres of the cells, (m, dim); None where they were not written.
         times: Times of the frames, (frames,).
         names: Fields that every frame has; empty without a frame.
 
@@ -136,6 +147,8 @@ class Snapshots:
         with _opened(self._folder / "mesh.npz") as mesh:
             self.points: Array = np.asarray(mesh["points"], dtype=float)
             self.cells: npt.NDArray[np.int64] = np.asarray(mesh["cells"], dtype=np.int64)
+            given = "fibres" in mesh.files
+            self.fibres: Array | None = np.asarray(mesh["fibres"], dtype=float) if given else None
         self._paths = list(frame_paths(folder).values())
         times, names = [], []
         for path in self._paths:

@@ -1,23 +1,97 @@
-"""``probes.csv``: a row a sampled time, a column a probe and field."""
+"""Tables that grow with a run: ``probes.csv`` and ``measures.csv``, a row a sampled time."""
 
 from __future__ import annotations
 
 import csv
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from myostrain.coupling import Electromechanics
+from myostrain.ellipticity import EllipticityMonitor
 from myostrain.engine import lasting
 from myostrain.errors import InputError
 from myostrain.output.folder import on_first
+from myostrain.output.measures import Measures
+from myostrain.output.peaks import Peaks
 from myostrain.output.probes import Probes
+from myostrain.state import State
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from myostrain.coupling import Electromechanics
+
+
+class Table:
+    """A CSV file to which rows are added; the first process writes, all methods are collective.
+
+    Args:
+        path: The file.
+        columns: Names of its columns.
+        comm: MPI communicator, one that lasts.
+        size: Bytes of an earlier run's file to keep and go on from; None begins anew.
+
+    Raises:
+        InputError: The earlier file is shorter than that.
+    """
+
+    def __init__(self, path: Path, columns: Sequence[str], comm: Any, size: int | None = None) -> None:
+        self._path, self._comm = path, comm
+        self._stream: Any = None
+        if size is not None:
+            found = comm.bcast(path.stat().st_size if comm.rank == 0 and path.exists() else 0, root=0)
+            if found < size:
+                raise InputError(
+                    f"{path} is shorter than when the checkpoint was written; put it back, or run anew",
+                    "--resume",
+                )
+
+        def begin() -> None:
+            self._stream = path.open("a" if size is not None else "w", newline="", encoding="utf-8")
+            if size is not None:
+                self._stream.truncate(size)
+                return
+            csv.writer(self._stream).writerow(columns)
+            self._stream.flush()
+
+        on_first(comm, begin, path)
+
+    def add(self, time: float, values: Sequence[float]) -> None:
+        """Add a row.
+
+        Raises:
+            ComputationError: It cannot be written.
+        """
+
+        def write() -> None:
+            csv.writer(self._stream).writerow([repr(time), *(f"{value:.9g}" for value in values)])
+            self._stream.flush()
+
+        on_first(self._comm, write, self._path)
+
+    def size(self) -> int:
+        """Bytes written so far, safely on the disk."""
+        found = [0]
+
+        def sync() -> None:
+            os.fsync(self._stream.fileno())
+            found[0] = os.fstat(self._stream.fileno()).st_size
+
+        on_first(self._comm, sync, self._path)
+        return int(self._comm.bcast(found[0], root=0))
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._stream is not None:
+            try:
+                self._stream.close()
+            except OSError:  # what a full disk kept in the buffer
+                self._stream = None
+
 
 class ProbeTable:
-    """Writes the table; the first process does.
+    """``probes.csv``: a column a probe and field.
 
     Args:
         model: The coupled problem.
@@ -33,36 +107,12 @@ class ProbeTable:
         self, model: Electromechanics, probes: Probes, folder: Path | None, size: int | None = None
     ) -> None:
         self._model, self._probes = model, probes
-        self._comm = lasting(model.potential.body.comm)
-        self._active = folder is not None and bool(probes.names)
-        self._stream: Any = None
-        if folder is None or not probes.names:
-            return
-        path = folder / "probes.csv"
-        self._path = path
-        if size is not None:
-            found = self._comm.bcast(path.stat().st_size if self._first and path.exists() else 0, root=0)
-            if found < size:
-                raise InputError(
-                    f"{path} is shorter than when the checkpoint was written; put it back, or run anew",
-                    "--resume",
-                )
-
-        def begin() -> None:
-            self._stream = path.open("a" if size is not None else "w", newline="", encoding="utf-8")
-            if size is not None:
-                self._stream.truncate(size)
-                return
+        self._table: Table | None = None
+        if folder is not None and probes.names:
             names = list(self._values(headers=True))
-            columns = (f"{probe}.{name}" for probe in probes.names for name in names)
-            csv.writer(self._stream).writerow(["time", *columns])
-            self._stream.flush()
-
-        on_first(self._comm, begin, path)
-
-    @property
-    def _first(self) -> bool:
-        return bool(self._comm.rank == 0)
+            columns = [f"{probe}.{name}" for probe in probes.names for name in names]
+            comm = lasting(model.potential.body.comm)
+            self._table = Table(folder / "probes.csv", ["time", *columns], comm, size)
 
     def _values(self, *, headers: bool = False) -> dict[str, Any]:
         """Nodal values by column name."""
@@ -81,35 +131,80 @@ class ProbeTable:
         Raises:
             ComputationError: It cannot be written.
         """
-        if not self._active:
+        if self._table is None:
             return
         local = np.column_stack([self._probes.local(values) for values in self._values().values()])
-        table = self._probes.gather(local)
-
-        def write() -> None:
-            row = [repr(self._model.time), *(f"{value:.9g}" for value in table.reshape(-1))]
-            csv.writer(self._stream).writerow(row)
-            self._stream.flush()
-
-        on_first(self._comm, write, self._path)
+        self._table.add(self._model.time, self._probes.gather(local).reshape(-1).tolist())
 
     def size(self) -> int | None:
         """Bytes written so far, safely on the disk (collective); None where there is no table."""
-        if not self._active:
-            return None
-        found = [0]
-
-        def sync() -> None:
-            os.fsync(self._stream.fileno())
-            found[0] = os.fstat(self._stream.fileno()).st_size
-
-        on_first(self._comm, sync, self._path)
-        return int(self._comm.bcast(found[0], root=0))
+        return None if self._table is None else self._table.size()
 
     def close(self) -> None:
         """Close the file."""
-        if self._stream is not None:
-            try:
-                self._stream.close()
-            except OSError:  # what a full disk kept in the buffer
-                self._stream = None
+        if self._table is not None:
+            self._table.close()
+
+
+class MeasureTable:
+    """``measures.csv``: a column a measured quantity of a solid, and what the run's metrics say of them.
+
+    Args:
+        model: The coupled problem; of a body that is no solid nothing is measured.
+        folder: The result folder; None writes nothing.
+        ellipticity: Whether to look for a loss of ellipticity too.
+        saved: State of an earlier run to go on from; None begins anew.
+
+    Raises:
+        InputError: The earlier table is shorter than it was, or ellipticity is asked for of what is no solid.
+    """
+
+    def __init__(
+        self,
+        model: Electromechanics,
+        folder: Path | None,
+        *,
+        ellipticity: bool = False,
+        saved: State | None = None,
+    ) -> None:
+        self._model = model
+        mechanics, comm = model.mechanics, lasting(model.potential.body.comm)
+        self._sources: list[Measures | EllipticityMonitor] = []
+        if mechanics is not None and ellipticity:
+            self._sources.append(EllipticityMonitor(mechanics))
+        if mechanics is not None and mechanics.body.dim == 3:
+            self._sources.insert(0, Measures(mechanics))
+        self._last: dict[str, float] = saved["last"] if saved else {}
+        self._peaks = Peaks(saved["peaks"] if saved else {})
+        self._table: Table | None = None
+        if folder is not None and self._sources:
+            columns = [name for source in self._sources for name in source.names]
+            size = saved["size"] if saved else None
+            self._table = Table(folder / "measures.csv", ["time", *columns], comm, size)
+
+    def add(self) -> None:
+        """Measure the present configuration and add a row (collective).
+
+        Raises:
+            ComputationError: It cannot be written.
+        """
+        if not self._sources:
+            return
+        self._last = {k: value for source in self._sources for k, value in source.values().items()}
+        self._peaks.observe(self._last)
+        if self._table is not None:
+            self._table.add(self._model.time, list(self._last.values()))
+
+    def metrics(self) -> dict[str, float]:
+        """The values of the last row, and :class:`~myostrain.output.peaks.Peaks`, which win."""
+        return {**self._last, **self._peaks.found}
+
+    def state(self) -> State:
+        """What goes on in a resumed run (collective)."""
+        size = None if self._table is None else self._table.size()
+        return {"size": size, "last": self._last, "peaks": self._peaks.found}
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._table is not None:
+            self._table.close()
