@@ -41,6 +41,33 @@ SHEET: dict[str, Any] = {
     "probes": {"a": [10.0, 12.0], "b": [10.0, 5.0]},
 }
 
+#: A slab of 60 tetrahedra, 6 steps.
+SOLID: dict[str, Any] = {
+    **LINE,
+    "geometry": {"kind": "slab", "size": [5.0, 2.0, 1.0], "spacing": 1.0},
+    "fibres": {"direction": [1.0, 0.0, 0.0]},
+    "initial": {"potential": 0.9, "center": [0.0, 0.0, 0.0], "radius": 2.0},
+    "material": {"model": "NeoHookean", "mu": 1.0},
+    "mechanics": {"kinematics": "solid", "constraint": "total", "fixed": ["left"], "every": 2},
+    "time": {"step": 5e-3, "end": 3e-2, "scheme": "second-order"},
+    "probes": {"a": [2.0, 1.0, 0.5], "b": [4.0, 1.0, 0.5]},
+    "output": {"every": 1e-2},
+}
+
+#: The same slab without a potential to solve for: loaded and activated over time, 4 steps.
+STATIC: dict[str, Any] = {
+    **{key: SOLID[key] for key in ("geometry", "fibres", "material", "probes")},
+    "drive": {"potential": [[0.0, 0.0], [1.0, 1.0]]},
+    "activation": {"law": "active-stress", "tension": 0.3},
+    "mechanics": {
+        "kinematics": "solid",
+        "fixed": ["left"],
+        "pressure": {"bottom": [[0.0, 0.0], [1.0, 0.02]]},
+    },
+    "time": {"step": 0.25, "end": 1.0},
+    "output": {"every": 0.5},
+}
+
 #: This process alone, whatever mpiexec started.
 ALONE = MPI.COMM_SELF
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from myostrain.engine import fem
 from myostrain.geometry import Body
-from myostrain.loads import Course, check_course, value_at
+from myostrain.loads import Course, value_at
 from myostrain.state import State
 from myostrain.validation import description
 
@@ -23,10 +23,6 @@ class Drive:
     """
 
     potential: Course = 0.0
-
-    def __post_init__(self) -> None:
-        """Refuse points that are no function of time."""
-        check_course(self.potential, "drive.potential")
 
 
 class GivenPotential:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 from myostrain.active_body import ActiveBody
 from myostrain.engine import fem
@@ -15,8 +15,19 @@ from myostrain.validation import Finite
 import numpy as np
 import numpy.typing as npt
 import ufl
+from pydantic import AfterValidator
 
-Course = Finite | tuple[tuple[Finite, Finite], ...]
+
+def _ascending(course: float | tuple[tuple[float, float], ...]) -> float | tuple[tuple[float, float], ...]:
+    """Refuse points that are no function of time."""
+    if isinstance(course, tuple):
+        times = [point[0] for point in course]
+        if not times or any(later <= earlier for earlier, later in pairwise(times)):
+            raise ValueError("give points [time, value] with ascending times")
+    return course
+
+
+Course = Annotated[Finite | tuple[tuple[Finite, Finite], ...], AfterValidator(_ascending)]
 """A value over simulated time: a number, or points (time, value) joined by straight lines."""
 
 
@@ -26,12 +37,10 @@ def check_course(course: Course, key: str) -> None:
     Raises:
         InputError: There is none, or their times do not ascend.
     """
-    if isinstance(course, tuple):
-        times = [point[0] for point in course]
-        if not times or any(later <= earlier for earlier, later in pairwise(times)):
-            raise InputError(
-                f"{[list(point) for point in course]}: give points [time, value] with ascending times", key
-            )
+    try:
+        _ascending(course)
+    except ValueError as error:
+        raise InputError(f"{error}, not {course}", key) from None
 
 
 def value_at(course: Course, time: float) -> float:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from myostrain import activation, cells, geometry, kinematics, materials
 from myostrain.coupling import Implicit, SecondOrder, Staggered
-from myostrain.loads import Course, check_course
+from myostrain.loads import Course
 from myostrain.mechanics import ImposedStretch
 from myostrain.output.fields import FieldName
 from myostrain.potential import Balance, Mass
@@ -101,11 +101,6 @@ class MechanicsSection:
     imposed_stretch: ImposedStretch | None = None
     tolerance: Positive = 1e-7
     ellipticity: Literal["off", "warn"] = "off"
-
-    def __post_init__(self) -> None:
-        """Refuse pressures that are no function of time."""
-        for part, course in (self.pressure or {}).items():
-            check_course(course, f"mechanics.pressure.{part}")
 
 
 @description

@@ -71,11 +71,47 @@ def test_kappa_may_vary_through_the_wall():
     np.testing.assert_allclose(values.prod(axis=1), 1, rtol=1e-14)
 
 
+@pytest.mark.parametrize("gamma", [-0.24, -0.1, 0.05])
+def test_the_normal_may_shorten_with_the_fibre(gamma):
+    """Orthotropic, docstring: Rossi et al. 2014, γ_n = 4 γ_f, γ_s = 1/((1 + γ_f)(1 + γ_n)) − 1; and the sum
+    of both that svFSI takes for Barbarotta et al. 2018, γ_n = (1 − ξ) 4 γ + ξ ((1 + γ)^(−½) − 1).
+    """
+    rossi = np.diag([1 + gamma, 1 / ((1 + gamma) * (1 + 4 * gamma)), 1 + 4 * gamma])
+    np.testing.assert_allclose(stretches(Orthotropic(kappa=0.0, ratio=4.0), gamma), rossi, rtol=1e-14)
+    xi = 0.3
+    mixed = stretches(Orthotropic(kappa=xi, ratio=4 * (1 - xi)), gamma)
+    normal = 1 + (1 - xi) * 4 * gamma + xi * ((1 + gamma) ** -0.5 - 1)
+    np.testing.assert_allclose(np.diag(mixed)[[0, 2]], [1 + gamma, normal], rtol=1e-14)
+    assert np.linalg.det(mixed) == pytest.approx(1.0, rel=1e-14)
+    # To first order in γ, κ stands for K = −κ/2.
+    by_kappa, by_ratio = (
+        np.diag(stretches(Orthotropic(**law), 1e-5 * gamma)) - 1
+        for law in ({"kappa": -1.4}, {"kappa": 0.0, "ratio": 0.7})
+    )
+    np.testing.assert_allclose(by_kappa, by_ratio, rtol=1e-5)  # the next order: 3/4 of 1e-5 γ
+
+
+def test_a_normal_that_turns_over_is_no_deformation():
+    """Orthotropic, docstring: 1 + γ_n ≤ 0 is not admissible, although det Fo = 1; no number comes out, so
+    that the check of det Fo before each accepted step sees it.
+    """
+    mesh = sample_mesh(N)
+    axes = Microstructure(*(ufl.as_vector(list(row)) for row in np.eye(3)))
+    gamma = -0.5 * ufl.SpatialCoordinate(mesh)[0]
+    Fo = with_constants(Orthotropic(kappa=0.0, ratio=4.0), mesh).tensor(gamma, axes)
+    values = at_midpoints(ufl.as_vector([ufl.det(Fo)]), mesh)()[:, 0]
+    admissible = 2 * (np.arange(N) + 0.5) / N < 1  # 4 γ > −1
+    np.testing.assert_allclose(values[admissible], 1, rtol=1e-14)
+    assert np.isnan(values[~admissible]).all()
+    assert admissible.sum() == N // 2
+
+
 @pytest.mark.parametrize("given", [True, "much", np.nan, np.inf, ufl.Identity(3)])
 def test_coefficients_are_checked(given):
     """Descriptions are validated: κ is a finite number or a scalar field, T positive besides."""
     for make, name in (
         (lambda x: Orthotropic(kappa=x), "kappa"),
+        (lambda x: Orthotropic(ratio=x), "ratio"),
         (lambda x: ActiveStress(tension=x), "tension"),
     ):
         with pytest.raises(ValueError, match=name):

@@ -17,7 +17,7 @@ from myostrain.solvers import LinearSolver
 import numpy as np
 import pytest
 
-from small_cases import ALONE, LINE, SHEET, changed, command_line, write_case
+from small_cases import ALONE, LINE, SHEET, SOLID, STATIC, changed, command_line, write_case
 
 #: Whatever has a history of its own: schemes, viscosity, pressures, held bodies, the other mass matrix.
 CASES = {
@@ -38,6 +38,8 @@ CASES = {
         SHEET,
         {"mechanics.relaxation_time": 0.08, "mechanics.kinematics": "plane-strain"},
     ),
+    "solid": (SOLID, {}),
+    "static": (STATIC, {}),
     "direct": (SHEET, {"solver.potential": {"ksp_type": "preonly", "pc_type": "lu"}}),
 }
 

@@ -1,14 +1,17 @@
 """Closed forms the model can be judged against: no mesh, no solver, only NumPy."""
 
 from myostrain.theory.fronts import profile, spatial_coordinate, speed, steepness
+from myostrain.theory.solids import active_stretches, free_stretches, uniaxial_stress
 from myostrain.theory.springs import active_strain_force, active_stress_force, equivalent_active_force
 from myostrain.theory.startup import diffusion_loss, grows, reaction_power, sufficient_stretch
 
 __all__ = [
     "active_strain_force",
     "active_stress_force",
+    "active_stretches",
     "diffusion_loss",
     "equivalent_active_force",
+    "free_stretches",
     "grows",
     "profile",
     "reaction_power",
@@ -16,4 +19,5 @@ __all__ = [
     "speed",
     "steepness",
     "sufficient_stretch",
+    "uniaxial_stress",
 ]
