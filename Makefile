@@ -42,6 +42,7 @@ format: $(READY) ## format the code and apply the safe fixes
 
 bench: $(READY) ## measure work against precision, write docs/benchmarks.md (half an hour); options in ARGS
 	$(RUN) python benchmarks/work_precision.py $(ARGS)
+	$(RUN) python benchmarks/solid.py
 
 docs: $(READY) ## build the documentation in build/docs (no network); start with build/docs/index.html
 	$(RUN) sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs

@@ -49,7 +49,9 @@ class ActiveBody:
         activity: Any = None,
     ) -> None:
         mesh = body.mesh
-        self.kinematics, self._dim = with_constants(kinematics, mesh), body.dim
+        modulus = getattr(material, "modulus", None)
+        fitting = kinematics.scaled_by(modulus if isinstance(modulus, float) else 0.0)
+        self.kinematics, self._dim = with_constants(fitting, mesh), body.dim
         self._material = with_constants(material, mesh)
         self._law = with_constants(law, mesh)
         self._active = with_constants(deformation or Fibre(), mesh)

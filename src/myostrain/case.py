@@ -191,7 +191,7 @@ class Case:
                 MechanicsSection,
                 part["mechanics"],
                 "mechanics",
-                also=("kinematics", "constraint", "bulk_modulus", "every"),
+                also=("kinematics", "constraint", "bulk_modulus", "augmentation", "every"),
             ),
             "kinematics": make(kin, constraint, "mechanics"),
             "scheme": make(

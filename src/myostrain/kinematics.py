@@ -7,15 +7,20 @@ a pressure is unknown. Materials never see the dimension of the mesh.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
-from myostrain.validation import Positive, description
+from myostrain.validation import NonNegative, Positive, description
 
 import ufl
 
 Constraint = Literal["total", "elastic"]
 """What is isochoric: the body, J = 1 (3.8), or the elastic part, det Fe = 1 (Cherubini et al. 2008)."""
+
+
+#: Augmentation of an incompressible solid in multiples of the material's modulus.
+AUGMENTATION = 10.0
 
 
 class Kinematics(Protocol):
@@ -45,6 +50,10 @@ class Kinematics(Protocol):
         """What the pressure drives to zero (only where ``has_pressure``)."""
         ...
 
+    def scaled_by(self, modulus: float) -> Kinematics:
+        """The same with what is to fit the material's modulus."""
+        ...
+
     def distortion(self, F: Any, Jo: Any) -> Any:
         """What of the lifted F the passive energy sees."""
         ...
@@ -56,6 +65,10 @@ class Kinematics(Protocol):
 
 class _SeesF:
     """A kinematics whose passive energy sees all of F, and nothing else."""
+
+    def scaled_by(self, modulus: float) -> Any:
+        """Itself: nothing is to fit the material."""
+        return self
 
     def distortion(self, F: Any, Jo: Any) -> Any:
         """F itself."""
@@ -164,13 +177,23 @@ class Solid:
     or Jo, and κ/4 ((J/J*)² − 1 − 2 ln (J/J*)) is added to it. It tends to the incompressible body like 1/κ;
     beyond some thousand times the shear modulus quadratic displacements lock.
 
+    The pressure keeps the volume in the mean of each cell's neighbourhood only, and an inflated body can then
+    lose its stability in what is left, though the continuous body is stable: of problem 2 of Land et al. 2015
+    no equilibrium is found from about a third of the load on. The augmentation a adds a/2 (J/J* − 1)², which
+    is zero where the constraint holds and so changes neither the solution nor its order, but makes what is
+    left stiff: S. Land and others, IEEE Trans. Biomed. Eng. 62 (2015) 939–947,
+    doi 10.1109/TBME.2014.2373399.
+
     Args:
         constraint: "total": J = 1 (3.8); "elastic": det Fe = 1, so that J = Jo.
         bulk_modulus: κ of a nearly incompressible body, a pressure; None for an incompressible one.
+        augmentation: a of an incompressible body, a pressure, zero for none; ten times the material's modulus
+            unless given (none for a material that does not say its modulus).
     """
 
     constraint: Constraint = "total"
     bulk_modulus: Positive | None = None
+    augmentation: NonNegative | None = None
     dim: ClassVar[int] = 3
     tensor_dim: ClassVar[int] = 3
     degree: ClassVar[int] = 2
@@ -201,11 +224,17 @@ class Solid:
             return F
         return (_target(self.constraint, Jo) / ufl.det(F)) ** (1 / 3) * F
 
+    def scaled_by(self, modulus: float) -> Solid:
+        """This kinematics with the augmentation that fits a material, unless it is given."""
+        if self.bulk_modulus is not None or self.augmentation is not None:
+            return self
+        return dataclasses.replace(self, augmentation=AUGMENTATION * modulus)
+
     def volume_energy(self, F: Any, Jo: Any) -> Any:
-        """Energy of the change of volume per reference volume, zero where a pressure forbids it."""
-        if self.bulk_modulus is None:
-            return 0.0
+        """Energy of the change of volume per reference volume, zero where there is none."""
         ratio = ufl.det(F) / _target(self.constraint, Jo)
+        if self.bulk_modulus is None:
+            return 0.0 if self.augmentation is None else self.augmentation / 2 * (ratio - 1) ** 2
         return self.bulk_modulus / 4 * (ratio**2 - 1 - 2 * ufl.ln(ratio))
 
 

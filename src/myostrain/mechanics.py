@@ -18,6 +18,7 @@ from myostrain.loads import Course, Loads
 from myostrain.materials import Material
 from myostrain.newton import ChordNewton
 from myostrain.orientation import Orientation
+from myostrain.saddle_point import stabilization
 from myostrain.solvers import Options, assemble_nodal, largest, owned_dofs
 from myostrain.state import FieldState, State
 from myostrain.supports import RigidMotions, fixed_conditions, sliding_conditions
@@ -173,7 +174,7 @@ class Mechanics:
         if mixed and not self.loads.supports:
             check_room(body, fixed)
         motions = RigidMotions(body, fixed, sliding, self.loads.supports)
-        check_held(motions, self.loads.pressures(), body_force)
+        check_held(motions, pressure or {}, body_force)
         conditions += motions.pins(space, mixed)
         low, high = body.extent()
         self.size = float(np.linalg.norm(high - low))
@@ -191,6 +192,7 @@ class Mechanics:
             options=options,
             saddle_point=mixed,
             symmetric=self.loads.symmetric,
+            stabilization=stabilization(active, self.u, self.v, self._dx) if mixed else None,
             depends_on=[
                 self.v,
                 *(f for pair in self._past for f in pair),
@@ -230,9 +232,13 @@ class Mechanics:
 
         An elastic body begins in equilibrium with it (contracted where it is activated), a viscous one
         relaxed (u = 0), a held one in its imposed stretch.
+
+        Raises:
+            ComputationError: No equilibrium was found; the displacement is what it was.
         """
         self.history.clear()
         self._past_v.clear()
+        former = self.u.x.array.copy()
         self.u.x.array[:] = 0.0
         self._past_loads = np.zeros_like(self._past_loads)
         if self.held(time):
@@ -240,8 +246,15 @@ class Mechanics:
         elif self.relaxation_time > 0:
             self._set_pressure()
         else:
-            self._set_pressure()  # Newton finds its way from there, not from none
-            self._equilibrate(time)
+            potential = self.v.x.array.copy()
+            self.v.x.array[:] = 0.0
+            self._set_pressure()  # that of rest: Newton's method goes astray from none, or from another one
+            self.v.x.array[:] = potential
+            try:
+                self._equilibrate(time)
+            except ComputationError:
+                self.u.x.array[:] = former
+                raise
         self.accept(time)
         self.hand_over(time)
 

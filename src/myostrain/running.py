@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from myostrain import benchmark
 from myostrain.case import Case
 from myostrain.engine import MPI
 from myostrain.output.folder import on_first, write_atomically
@@ -71,13 +72,17 @@ def run_case(
             def finish(results: dict[str, Any]) -> None:
                 if twin is not None:
                     results["metrics"] |= compare(results["metrics"], twin["metrics"])
+                if found := benchmark.compare(case.name, simulation.model.mechanics, out, comm):
+                    results["metrics"] |= {name: entry["value"] for name, entry in found.items()}
+                    results["benchmark"] = found
 
             shown = None if progress is None else progress(case.name, simulation.steps, simulation.end)
             results = simulation.run(shown, finish)
             log_end(results)
     finally:
         simulation.close()
-    _draw(out, comm, wanted=figures)
+    with RunLog(out, comm, append=True):
+        _draw(out, comm, wanted=figures)
     return results
 
 

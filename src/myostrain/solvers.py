@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -41,7 +41,14 @@ class Counters:
         return asdict(self)
 
 
-def make_ksp(matrix: PETSc.Mat, name: str, defaults: Options, options: Options | None) -> PETSc.KSP:
+def make_ksp(
+    matrix: PETSc.Mat,
+    name: str,
+    defaults: Options,
+    options: Options | None,
+    approximation: PETSc.Mat | None = None,
+    fields: Sequence[tuple[str, PETSc.IS]] = (),
+) -> PETSc.KSP:
     """A linear solver with an options prefix of its own.
 
     Args:
@@ -49,6 +56,8 @@ def make_ksp(matrix: PETSc.Mat, name: str, defaults: Options, options: Options |
         name: "mechanics" or "potential": the section [solver.NAME] of a case file.
         defaults: Our options.
         options: The user's options, which win.
+        approximation: The matrix that the preconditioner is made of; that one unless given.
+        fields: Names and numbers of the unknowns that a preconditioner by blocks tells apart.
 
     Raises:
         InputError: An option is not one of a linear solver, or PETSc refuses its value.
@@ -64,8 +73,11 @@ def make_ksp(matrix: PETSc.Mat, name: str, defaults: Options, options: Options |
         database[key] = value
     ksp = PETSc.KSP().create(matrix.comm)
     ksp.setOptionsPrefix(prefix)
-    ksp.setOperators(matrix)
-    matrix.setOptionsPrefix(prefix)
+    ksp.setOperators(matrix, approximation)
+    (matrix if approximation is None else approximation).setOptionsPrefix(prefix)
+    if fields:
+        ksp.getPC().setType("fieldsplit")
+        ksp.getPC().setFieldSplitIS(*fields)
     try:
         ksp.setFromOptions()
     except PETSc.Error as error:
@@ -89,7 +101,9 @@ def reason_name(why: int) -> str:
     return names.get(why, f"PETSc's reason {why}")
 
 
-def direct(unknowns: int, processes: int, saddle_point: bool, symmetric: bool = True) -> Options:
+def direct(
+    unknowns: int, processes: int, saddle_point: bool, symmetric: bool = True, solid: bool = False
+) -> Options:
     """Options of the direct solver for a tangent.
 
     One factorization serves a whole run, so that multigrid never wins on a sheet: with 382,000 unknowns a
@@ -97,9 +111,13 @@ def direct(unknowns: int, processes: int, saddle_point: bool, symmetric: bool = 
     PETSc's own Cholesky factors solve three times faster than those of MUMPS (2.5 against 8 ms for 24,000
     unknowns of a sheet) but take longer to compute, and no pivots: it is taken on one process, up to
     :data:`SMALL` unknowns, without a zero block.
+
+    In a solid that would hold for some thousand unknowns only. From 20,000 on its factors are compressed to
+    relative errors of 1e-5 (block low-rank): with 48,916 unknowns they take 2.8 s in place of 4.6 s, a
+    correction 60 in place of 90 ms, and the number of corrections stays what it was.
     """
     kind = "cholesky" if symmetric else "lu"
-    if processes == 1 and not saddle_point and unknowns < SMALL:
+    if processes == 1 and not saddle_point and unknowns < (SMALL // 20 if solid else SMALL):
         return {"ksp_type": "preonly", "pc_type": kind, "pc_factor_mat_ordering_type": "nd"}
     if not PETSc.Sys.hasExternalPackage("mumps"):
         raise InputError(
@@ -107,11 +125,13 @@ def direct(unknowns: int, processes: int, saddle_point: bool, symmetric: bool = 
             "processes; choose another solver in [solver.mechanics]",
             "solver.mechanics",
         )
+    compressed = {"mat_mumps_icntl_35": 2, "mat_mumps_cntl_7": 1e-5} if solid and unknowns >= 20_000 else {}
     return {
         "ksp_type": "preonly",
         "pc_type": kind,
         "pc_factor_mat_solver_type": "mumps",
         "mat_mumps_icntl_14": 60,  # room for pivoting, in percent
+        **compressed,
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from myostrain.output.figures_benchmark import draw_benchmark
 from myostrain.output.figures_data import Recording
 from myostrain.output.figures_line import draw_line
 from myostrain.output.figures_sheet import draw_sheet
@@ -19,8 +20,8 @@ def draw(folder: Path) -> list[Path]:
     A line gives ``potential.png``, ``evolution.png`` and ``space-time.png``, with the rigid twin in
     ``folder/rigid`` beside it if there is one; a sheet gives ``potential.png``, ``stress.png``,
     ``activation.png`` and ``animation.gif``; a solid these, ``displacement.png`` and ``fibres.png``, if
-    PyVista is there; probes of any body give ``probes.png``. What was not recorded, or not any more because
-    the run failed, is left out. Files of earlier calls are replaced.
+    PyVista is there; probes of any body give ``probes.png``, published numbers to compare with ``land.png``.
+    What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are replaced.
 
     Args:
         folder: The result folder of a run.
@@ -47,7 +48,8 @@ def draw(folder: Path) -> list[Path]:
             written += draw_sheet(run, figures)
         elif len(run.time) and run.dim == 3:
             written += draw_solid(run, figures)
-        return written + _probes(run, figures / "probes.png")
+        written += _probes(run, figures / "probes.png")
+    return written + (draw_benchmark(folder) if run.results else [])
 
 
 def _probes(run: Recording, path: Path) -> list[Path]:
