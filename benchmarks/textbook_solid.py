@@ -48,7 +48,8 @@ class Textbook:
         Fe = F * ufl.inv(ufl.Identity(3) + self.gamma * ufl.outer(n, n))
         energy = mu / 2 * (1 + self.gamma) * (ufl.inner(Fe, Fe) - 3) - p * (ufl.det(F) - 1)
         # As many points as myostrain takes; UFL's own estimate would take more.
-        residual = ufl.derivative(energy * ufl.dx(metadata={"quadrature_degree": 3}), self.u)
+        metadata = {"quadrature_degree": 3, "quadrature_rule": "xiao_gimbutas"}
+        residual = ufl.derivative(energy * ufl.dx(metadata=metadata), self.u)
         held = [((0, 0, 0), (0, 1, 2)), ((size[0], 0, 0), (1, 2)), ((0, size[1], 0), (2,))]
         self.problem = NonlinearProblem(
             residual,

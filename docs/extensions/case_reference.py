@@ -8,10 +8,10 @@ import typing
 from collections.abc import Mapping
 from pathlib import Path
 
-from ufl.core.expr import Expr
-
 from myostrain import drive, initial, mechanics, potential, simulation
 from myostrain import vocabulary as case
+
+from ufl.core.expr import Expr
 
 PLACE = "<!-- case reference -->"
 
@@ -26,6 +26,12 @@ PROBES = """
 `NAME = [x, ...]`: a material point by a name of yours; its activation time goes into `results.json`, its
 values into `probes.csv`. The celerity is taken between the first two.
 """.strip()
+
+#: Where more is to be said than whether the section must be there.
+NEEDED = {
+    "initial": "This section must be there, unless `[drive]` is.",
+    "drive": "This section may take the place of `[cell]`, `[potential]` and `[initial]`.",
+}
 
 SOLVER = """
 `[solver.potential]` and `[solver.mechanics]` hold options of PETSc's linear solvers without a prefix, such as
@@ -82,7 +88,7 @@ def reference() -> str:
     parts = [f"Above the sections, a case may have the texts {texts}."]
     for name, content in sections.items():
         needed = "must be there" if case.SECTIONS[name] else "may be left out"
-        parts += [f"## `[{name}]`", f"This section {needed}.", *content]
+        parts += [f"## `[{name}]`", NEEDED.get(name, f"This section {needed}."), *content]
     return "\n\n".join(parts)
 
 
@@ -138,6 +144,12 @@ def several(hint):
     """The same for many."""
     if typing.get_origin(hint) is typing.Literal:
         return f"words out of {', '.join(quoted(arg) for arg in typing.get_args(hint))}"
+    if typing.get_origin(hint) is typing.Annotated and len(typing.get_args(typing.get_args(hint)[0])) > 1:
+        return several(typing.get_args(hint)[0])  # of more than one kind, with a check of its own
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        return ", or ".join(several(arg) for arg in typing.get_args(hint))
+    if typing.get_origin(hint) is tuple:  # no plural of a plural: "lists of 2 numbers"
+        return in_words(hint).replace("list", "lists", 1)
     first, *rest = in_words(hint).split(" ")
     return " ".join([f"{first}s", *rest])
 
@@ -166,7 +178,26 @@ def quoted(word):
 
 def summary(cls):
     """A docstring up to its list of arguments, as Markdown."""
-    return markdown(re.split(r"\n\s*(?:Args|Attributes|Raises|Returns):", inspect.getdoc(cls))[0])
+    text = re.split(r"\n\s*(?:Args|Attributes|Raises|Returns):", inspect.getdoc(cls))[0]
+    text = re.sub(r"^\[\w+\](?: but for [^:.]*)?[:.]\s*(\w)", lambda found: found[1].upper(), text)
+    return tables(markdown(text))
+
+
+def tables(text):
+    """The simple tables of docstrings as those of Markdown: columns where the rules of = are."""
+    rule = r"=+(?: +=+)+"
+    return re.sub(rf"^({rule})\n(.+\n){rule}\n((?:.+\n)+?){rule}$", table, text, flags=re.M)
+
+
+def table(found):
+    starts = [part.start() for part in re.finditer("=+", found[1])]
+    ends = [*starts[1:], None]
+    rows = [
+        [" ".join(line[start:end].split()) for start, end in zip(starts, ends, strict=True)]
+        for line in (found[2] + found[3]).splitlines()
+    ]
+    rows.insert(1, ["---"] * len(starts))
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 def arguments(cls):
@@ -183,13 +214,19 @@ def markdown(text):
     """The little mark-up of docstrings as Markdown."""
     text = re.sub(r":\w+:`~?\.?(.*?)`", r"`\1`", text)
     text = text.replace("``", "`")
-    return re.sub(r"(?<!`)([<*])(?!`)", r"\\\1", text)
+    return re.sub(r"(?<![`*])(<|\*(?!\*))(?!`)", r"\\\1", text)  # but for **bold**
 
 
 def fill(app, docname, source):
     source[0] = source[0].replace(PLACE, reference()) if PLACE in source[0] else source[0]
 
 
+def outdated(app, env, added, changed, removed):
+    """The pages with the reference: made anew in every build, since the classes may have changed."""
+    return [name for name in env.found_docs - added if PLACE in Path(env.doc2path(name)).read_text("utf-8")]
+
+
 def setup(app):
     app.connect("source-read", fill)
+    app.connect("env-get-outdated", outdated)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -35,6 +35,11 @@ from pydantic import Field
 #: for P1 (the gradient is constant, γ is taken at the centre), degree 3 for P2.
 QUADRATURE_DEGREE = {1: 1, 2: 3}
 
+#: The rule by the cell. On tetrahedra basix's own of degree 3 has a negative weight, −4/5 of the volume at the
+#: centre: the integral of a convex energy is not convex, and Newton's method fails where the stiffness changes
+#: from point to point. That of Xiao and Gimbutas (2010) has one point more, six, of positive weights.
+QUADRATURE_RULE = {"tetrahedron": "xiao_gimbutas"}
+
 
 @description
 class ImposedStretch:
@@ -132,7 +137,9 @@ class Mechanics:
             body, kinematics, material, law, deformation, relaxation_time, active_stress, activity
         )
         degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
-        self._dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
+        rule = QUADRATURE_RULE.get(mesh.topology.cell_type.name, "default")
+        metadata = {"quadrature_degree": degree, "quadrature_rule": rule}
+        self._dx = ufl.Measure("dx", domain=mesh, metadata=metadata)
 
         space = _space(mesh, body.dim, kinematics.degree, mixed)
         self.u, self.handed = fem.Function(space, name="displacement"), fem.Function(space)

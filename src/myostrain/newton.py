@@ -313,8 +313,10 @@ class ChordNewton:
             if damping == 1.0:
                 if kept and iteration == 1:
                     self._rate, self._first = contraction, first
+                # What is left after this correction; combined ones do not contract evenly.
                 slow = max(contraction, mean) if self._memory else contraction
-                if slow < 1 and size / (1 - slow) <= self.tolerance:
+                left = size if self._memory else size * contraction
+                if slow < 1 and left / (1 - slow) <= self.tolerance:
                     x.array[:] -= dx
                     x.scatter_forward()
                     return iteration

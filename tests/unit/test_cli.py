@@ -36,7 +36,7 @@ def test_list_has_a_line_for_every_case(tmp_path):
         case = Case.from_file(cases.path(name))
         assert case.title in text
         assert case.cost in text
-        assert {"cells", "triangles"} & set(case.cost.replace(",", "").split())
+        assert {"cells", "triangles", "tetrahedra"} & set(case.cost.replace(",", "").split())
         assert case.cost.endswith(" s")
 
 

@@ -11,7 +11,7 @@ from myostrain import Case, cases
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize, minimize_scalar
 
 from small_cases import ALONE
 
@@ -142,12 +142,89 @@ def test_own_membrane(own):
     assert expected[1] > 0.05
 
 
+@pytest.fixture(scope="module")
+def solid(tmp_path_factory):
+    """The names of the script of a solid with objects of its own, run for a moment."""
+    with contextlib.chdir(tmp_path_factory.mktemp("solid")):
+        names, out = run("own_solid", end=0.016)
+        assert Path("runs/own-solid/measures.csv").exists()
+    assert "fibre_shortening" in out
+    return names
+
+
+@pytest.mark.parametrize("v", [0.4, 1.0])
+def test_own_material_and_deformation_of_a_solid(solid, v):
+    """The script's W and Fo by its formulas: a uniformly active block has the stretches of least energy.
+
+    F = diag(λ₁, λ₂, 1/(λ₁ λ₂)) along f0, s0, n0 where J = 1; Fe = F Fo⁻¹, det Fo = 1.
+    """
+    fibres = ms.UniformFibres(direction=(1, 0, 0), sheet=(0, 1, 0))
+    body = ms.build(ms.geometry.Slab(size=(2, 1, 1)), fibres, ALONE)
+    mechanics = ms.Mechanics(
+        body,
+        kinematics=ms.kinematics.Solid(),
+        material=solid["Reinforced"](mu=1.5, kappa_f=3.0, kappa_s=0.7),
+        law=ms.activation.Proportional(beta=0.25),
+        deformation=solid["Biaxial"](share=0.4),
+        sliding=["left", "front", "bottom"],
+        pressure={"right": -0.5},  # without a pull Fe = 1, whatever W is
+    )
+    mechanics.v.x.array[:] = v
+    mechanics.start()
+    along, sheet = 1 - 0.25 * v, 1 - 0.4 * 0.25 * v
+    active = np.array([along, sheet, 1 / (along * sheet)])
+
+    def energy(stretch):
+        squared = (np.array([*stretch, 1 / np.prod(stretch)]) / active) ** 2
+        W = 1.5 / 2 * (squared.sum() - 3)
+        W += 3.0 / 4 * (squared[0] - 1) ** 2 + 0.7 / 4 * (squared[1] - 1) ** 2
+        # The pull's work on a block of volume one, over the sides' present area 1/λ₁: 0.5 ∫ dλ₁/λ₁.
+        return W - 0.5 * np.log(stretch[0])
+
+    expected = minimize(energy, active[:2], method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-14}).x
+    u = mechanics.displacement()
+    X = u.function_space.tabulate_dof_coordinates()
+    corner = X.sum(axis=1).argmax()
+    found = 1 + u.x.array.reshape(-1, 3)[corner] / X[corner]
+    np.testing.assert_allclose(found[:2], expected, rtol=0, atol=3e-8)  # measured 3.5e-9
+    assert found[0] > 1.02 * active[0]
+
+
+def test_active_strain_and_active_stress(tmp_path, monkeypatch):
+    """The script's stretches by the closed form of its block: Guccione's W, J = 1, free sides.
+
+    With Fo = 1 + γ n⊗n, a = 1 + γ, the energy along the fibre is a W(λ/a, λ^−½) + T/2 (λ² − 1), and the
+    Cauchy stress, λ times its derivative, is the pull: none, then 5 kPa.
+    """
+    monkeypatch.chdir(tmp_path)
+    names, out = run("strain_and_stress")
+
+    def stress(stretch, active, tension):
+        def energy(s):
+            along, across = ((s / active) ** 2 - 1) / 2, (1 / s - 1) / 2
+            W = 2.0 / 2 * (np.exp(8.0 * along**2 + 2.0 * 2 * across**2) - 1)
+            return active * W + tension / 2 * (s**2 - 1)
+
+        return stretch * (energy(stretch + 1e-6) - energy(stretch - 1e-6)) / 2e-6
+
+    for name, given in {"active strain": (0.85, 0.0), "active stress": (1.0, 2.83)}.items():
+        for found, pull in zip(names["stretches"][name], (0.0, 5.0), strict=True):
+            expected = brentq(lambda s, *g: stress(s, *g) - pull, 0.6, 1.4, args=given)  # noqa: B023
+            assert found == pytest.approx(expected, abs=1e-8), name  # measured 5e-12 when free
+            assert f"{found:.4f}" in out
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [path.stem for path in EXAMPLES])
+@pytest.mark.parametrize("name", ["sheet", "own_material", "own_solid"])
 def test_example_as_it_is(tmp_path, monkeypatch, name):
-    """Every example, unchanged: the wave passes both probes at its membrane's speed, and moves the sheet."""
+    """Each example of a wave, as it is: it passes both probes at its membrane's speed, and moves the body."""
     monkeypatch.chdir(tmp_path)
     results = run(name)[0]["results"]
-    low, high = {"sheet": (42.0, 52.0), "own_material": (1.1, 1.4)}[name]  # measured 49.0 and 1.22
-    assert low < results["metrics"]["celerity"] < high
-    assert results["metrics"]["displacement_max"] > 1.0
+    low, high = {"sheet": (42.0, 52.0), "own_material": (1.1, 1.4), "own_solid": (55.0, 68.0)}[name]
+    assert low < results["metrics"]["celerity"] < high  # measured 49.0, 1.22 and 61.3
+    assert results["metrics"]["displacement_max"] > 0.5
+
+
+def test_every_example_is_tested():
+    """No script in examples/ that nothing runs."""
+    assert {path.stem for path in EXAMPLES} == {"sheet", "own_material", "own_solid", "strain_and_stress"}

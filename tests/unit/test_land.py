@@ -117,14 +117,13 @@ def solved(name, *overrides):
 def test_problem_1_converges(tmp_path):
     """land-1: z of (10, 0.5, 1) is 4.165 on fine meshes, within the published 4.0 to 4.2.
 
-    At spacing 1/2 it is 0.024 less (measured; at 1 0.097, at 1/3 0.010, at 1/4 0.006: the order is 2). A dead
-    load gives 4.115 there. And what a run leaves: results.json, lines.csv, the picture.
+    At spacing 1/2 it is 0.034 less (measured; docs/land.md has other meshes). And what a run leaves: results.json, lines.csv, the picture.
     """
     case = Case.from_file(path("land-1"), ["geometry.spacing=0.5"])
     results = run_case(case, tmp_path / "out", figures=False)
     found = results["benchmark"]["deflection"]
     assert results["metrics"]["deflection"] == found["value"]
-    assert found["value"] - found["converged"] == pytest.approx(-0.0241, abs=0.004)
+    assert found["value"] - found["converged"] == pytest.approx(-0.0338, abs=0.004)
     assert found["within"]
     assert found["published"] == [4.0, 4.2]
     assert json.loads((tmp_path / "out" / "results.json").read_text())["benchmark"]["deflection"] == found

@@ -25,6 +25,12 @@ class HolzapfelOgden2009:
     b_i δ², energy differs by at most 0.0173 a_i δ², and the second Piola stress by at most 0.136 a_i δ
     (at x = 0.155 δ): 0.025 kPa for the defaults.
 
+    The terms of fibre and sheet, convex in I₄ and never decreasing, are convex in Fe, as that of the matrix
+    is. At rest only the matrix and a_fs have any stiffness, so that Newton's method takes longest in the
+    first step from rest; it follows a ventricle that is filled by steps of 0.1 kPa. A wider switch hardly
+    shortens that, and is less exact: at 0.1 kPa a cavity has grown by 4.3 % with δ = 0.01 and with 0.001,
+    and by 4.8 % with 0.05; at 1 kPa by 26.3 % with all three.
+
     Source: G. A. Holzapfel, R. W. Ogden, Phil. Trans. R. Soc. A 367 (2009) 3445–3475,
     doi 10.1098/rsta.2009.0091; the defaults are its parameters for simple shear of pig myocardium (second row
     of table 1, fitted to data of Dokos and others 2002), in kPa. Its third row, with fibres only (biaxial

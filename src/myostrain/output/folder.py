@@ -23,6 +23,7 @@ OWN = (
     "failure.json",
     "probes.csv",
     "measures.csv",
+    "lines.csv",
     "fields.bp",
     "snapshots",
     "figures",
@@ -40,7 +41,7 @@ OWN = (
 #: What a run draws.
 FIGURES = (
     *(f"{name}.png" for name in ("potential", "evolution", "space-time", "displacement", "stress")),
-    *(f"{name}.png" for name in ("activation", "fibres", "probes")),
+    *(f"{name}.png" for name in ("activation", "fibres", "land", "probes")),
     "animation.gif",
 )
 
