@@ -181,8 +181,8 @@ class Solid:
     The pressure keeps the volume in the mean of each cell's neighbourhood only, and an inflated body can then
     lose its stability in what is left, though the continuous body is stable: of problem 2 of Land et al. 2015
     no equilibrium is found from about a third of the load on. The augmentation a adds a/2 (J/J* − 1)², which
-    is zero where the constraint holds and so changes neither the solution nor its order, but makes what is
-    left stiff: S. Land and others, IEEE Trans. Biomed. Eng. 62 (2015) 939–947,
+    is zero where the constraint holds and so changes neither the exact solution nor the order, but makes what
+    is left stiff: S. Land and others, IEEE Trans. Biomed. Eng. 62 (2015) 939–947,
     doi 10.1109/TBME.2014.2373399.
 
     Args:

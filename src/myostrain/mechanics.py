@@ -35,9 +35,9 @@ from pydantic import Field
 #: for P1 (the gradient is constant, γ is taken at the centre), degree 3 for P2.
 QUADRATURE_DEGREE = {1: 1, 2: 3}
 
-#: The rule by the cell. On tetrahedra basix's own of degree 3 has a negative weight, −4/5 of the volume at the
-#: centre: the integral of a convex energy is not convex, and Newton's method fails where the stiffness changes
-#: from point to point. That of Xiao and Gimbutas (2010) has one point more, six, of positive weights.
+#: The rule by the cell. On tetrahedra basix's own of degree 3 has a negative weight, −4/5 of the volume at
+#: the centre: the integral of a convex energy is not convex, and Newton's method fails where the stiffness
+#: changes from point to point. That of Xiao and Gimbutas (2010) has one point more, six, of positive weights.
 QUADRATURE_RULE = {"tetrahedron": "xiao_gimbutas"}
 
 

@@ -117,7 +117,8 @@ def solved(name, *overrides):
 def test_problem_1_converges(tmp_path):
     """land-1: z of (10, 0.5, 1) is 4.165 on fine meshes, within the published 4.0 to 4.2.
 
-    At spacing 1/2 it is 0.034 less (measured; docs/land.md has other meshes). And what a run leaves: results.json, lines.csv, the picture.
+    At spacing 1/2 it is 0.034 less (measured; docs/land.md has other meshes). And what a run
+    leaves: results.json, lines.csv, the picture.
     """
     case = Case.from_file(path("land-1"), ["geometry.spacing=0.5"])
     results = run_case(case, tmp_path / "out", figures=False)

@@ -21,7 +21,8 @@ def draw(folder: Path) -> list[Path]:
     ``folder/rigid`` beside it if there is one; a sheet gives ``potential.png``, ``stress.png``,
     ``activation.png`` and ``animation.gif``; a solid these, ``displacement.png`` and ``fibres.png``, if
     PyVista is there; probes of any body give ``probes.png``, published numbers to compare with ``land.png``.
-    What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are replaced.
+    What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are
+    replaced.
 
     Args:
         folder: The result folder of a run.
