@@ -196,7 +196,7 @@ def compare(name: str, mechanics: Mechanics | None, out: Path, comm: Any) -> dic
         comm: MPI communicator.
     """
     benchmark = find(name)
-    if benchmark is None or mechanics is None:
+    if benchmark is None or mechanics is None or mechanics.body.dim != 3:
         return {}
     found, lines = benchmark.measure(mechanics)
     on_first(comm, lambda: write(found, lines, benchmark, out), out / "lines.csv")

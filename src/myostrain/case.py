@@ -104,9 +104,9 @@ class Case:
             raise InputError(f"{path} cannot be read: {error.strerror}") from error
         if not data:
             raise InputError(f"{path} holds no case: it has no section")
-        form = data.get("geometry")
-        if isinstance(form, dict) and isinstance(form.get("path"), str):
-            form["path"] = str(path.parent.absolute() / form["path"])
+        for form in (data.get("geometry"), data.get("fibres")):
+            if isinstance(form, dict) and isinstance(form.get("path"), str):
+                form["path"] = str(path.parent.absolute() / form["path"])
         override(data, overrides)
         return cls.from_dict(data, name=path.stem)
 
@@ -181,9 +181,16 @@ class Case:
             "fibres": make(fibres, part["fibres"], "fibres", also=("kind",)) if fibres else None,
             "cell": make(model, part["cell"], "cell", also=("model",)),
             "potential": make(PotentialSection, part["potential"], "potential"),
-            "initial": None if driven else make(bump, part["initial"], "initial", also=("boundary",)),
+            "initial": None
+            if driven
+            else make(bump, part["initial"], "initial", also=("center", "radius", "boundary")),
             "drive": make(Drive, part["drive"], "drive") if driven else None,
-            "law": make(law, part["activation"], "activation", also=("law", "deformation", "transmural")),
+            "law": make(
+                law,
+                part["activation"],
+                "activation",
+                also=("law", "deformation", *(f.name for f in dataclasses.fields(TransmuralSection))),
+            ),
             "deformation": make(active, strain, "activation"),
             "transmural": make(TransmuralSection, through, "activation"),
             "material": make(material, part["material"], "material", also=("model",)),
@@ -191,7 +198,7 @@ class Case:
                 MechanicsSection,
                 part["mechanics"],
                 "mechanics",
-                also=("kinematics", "constraint", "bulk_modulus", "augmentation", "every"),
+                also=("kinematics", "every", *(f.name for f in dataclasses.fields(kin))),
             ),
             "kinematics": make(kin, constraint, "mechanics"),
             "scheme": make(
@@ -206,6 +213,8 @@ class Case:
             "output": make(OutputSection, part["output"], "output"),
             "solver": make_solver(part["solver"]),
         }
+        if made["mechanics"].ellipticity == "warn" and kin.dim < 3:
+            raise InputError("only a solid's is sampled; leave it out", "mechanics.ellipticity")
         texts = {"name": data.get("name", name)}
         texts |= {"title": data.get("title", texts["name"]), "cost": data.get("cost", "")}
         return cls(**texts, **made, parameters=_resolved(texts, made))
@@ -242,6 +251,7 @@ class Case:
             deformation=self.deformation,
             active_stress=self.law if stress else None,
             activity=self._activity(body),
+            activity_max=max(self.transmural.transmural or (1.0,)),
             robin=self.mechanics.robin,
             robin_boundary=self.mechanics.robin_boundary,
             robin_normal=self.mechanics.robin_normal,
@@ -324,6 +334,8 @@ def _check_drive(data: Mapping[str, Any]) -> None:
     for section in ("cell", "potential", "initial"):
         if section in data:
             raise InputError("with [drive] the potential is given: leave this section out", section)
+    if isinstance(data.get("solver"), Mapping) and "potential" in data["solver"]:
+        raise InputError("with [drive] nothing is solved for the potential: leave it out", "solver.potential")
 
 
 def _take(section: dict[str, Any], cls: Any) -> dict[str, Any]:

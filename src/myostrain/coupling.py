@@ -194,8 +194,9 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> float:
     v = np.linspace(0.0, 1.0, 101)
     largest_v = largest(potential.v.x.array, potential.body.comm)
     try:
-        gamma = np.array([float(mechanics.law.gamma(value)) for value in v])
-        at_most = 1 + float(mechanics.law.gamma(largest_v))
+        most = mechanics.activity_max
+        gamma = most * np.array([float(mechanics.law.gamma(value)) for value in v])
+        at_most = 1 + most * float(mechanics.law.gamma(largest_v))
     except (TypeError, ValueError):  # a law in UFL terms that floats do not fit
         return 0.0
     if largest_v > 1 and not at_most > 0:
@@ -210,7 +211,10 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> float:
         )
     # A viscous line lags behind; where det Fe = 1, J is det Fo whatever the viscosity.
     lags = mechanics.relaxation_time > 0 and mechanics.kinematics.tensor_dim == 1
-    follows = not potential.isochoric and not lags and not mechanics.held(np.inf)
+    # Nearly incompressible is near enough to J = 1.
+    nearly = getattr(mechanics.kinematics, "bulk_modulus", None) is not None
+    free = not nearly or mechanics.kinematics.constraint == "elastic"  # type: ignore[attr-defined]
+    follows = free and not potential.isochoric and not lags and not mechanics.held(np.inf)
     if potential.balance != "conservative" or not follows:
         return 0.0
     if (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any():

@@ -29,7 +29,7 @@ def check_room(body: Body, fixed: Sequence[str]) -> None:
     held = np.intersect1d(body.boundary_facets(fixed, "mechanics.fixed"), boundary)
     if fixed and body.comm.allreduce(len(held)) == body.comm.allreduce(len(boundary)):
         raise InputError(
-            "the pressure of an incompressible body fixed all around is not determined; leave a part free",
+            "the pressure of an incompressible body held all around is not determined; leave a part free",
             "mechanics.fixed",
         )
 
@@ -45,7 +45,7 @@ def check_held(motions: RigidMotions, pressure: Mapping[str, Course], body_force
     if body_force is not None:
         raise InputError("a loaded body must be held: fix a part of it, or give robin > 0", "mechanics.fixed")
     pushes = {part: motions.push(part) for part in pressure}
-    points = [point for course in pressure.values() if isinstance(course, tuple) for point in course]
+    points = [point for course in pressure.values() if isinstance(course, Sequence) for point in course]
     for time in {point[0] for point in points} or {0.0}:
         values = {part: value_at(course, time) for part, course in pressure.items()}
         none = np.zeros(motions.free.shape[1])

@@ -199,6 +199,11 @@ class Solid:
     tensor_dim: ClassVar[int] = 3
     degree: ClassVar[int] = 2
 
+    def __post_init__(self) -> None:
+        """Refuse an augmentation of what is not constrained."""
+        if self.bulk_modulus is not None and self.augmentation is not None:
+            raise ValueError("an augmentation is for an incompressible body; give it or bulk_modulus")
+
     @property
     def has_pressure(self) -> bool:
         """Whether the constraint is enforced by an unknown pressure."""

@@ -20,7 +20,7 @@ from pydantic import AfterValidator
 
 def _ascending(course: float | tuple[tuple[float, float], ...]) -> float | tuple[tuple[float, float], ...]:
     """Refuse points that are no function of time."""
-    if isinstance(course, tuple):
+    if isinstance(course, Sequence):
         times = [point[0] for point in course]
         if not times or any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError("give points [time, value] with ascending times")
@@ -45,7 +45,7 @@ def check_course(course: Course, key: str) -> None:
 
 def value_at(course: Course, time: float) -> float:
     """The value at a time; before the first point and after the last one it is theirs."""
-    if not isinstance(course, tuple):
+    if not isinstance(course, Sequence):
         return float(course)
     times, values = np.array(course).T
     return float(np.interp(time, times, values))
@@ -73,7 +73,6 @@ class Loads:
     Attributes:
         residual: UFL form, to be added to that of the body; zero where nothing acts.
         symmetric: Whether its derivative is symmetric.
-        acts: Whether a force acts that supports must bear.
 
     Raises:
         InputError: An unknown part, a stiffness that is none, or points that are no function of time.
@@ -129,7 +128,6 @@ class Loads:
             dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
             self.residual -= ufl.derivative(ufl.dot(body_force, w) * dx, u)
         self.symmetric = not self._courses
-        self.acts = bool(self._courses) or body_force is not None
 
     @property
     def constants(self) -> list[fem.Constant]:

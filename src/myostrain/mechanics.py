@@ -77,6 +77,7 @@ class Mechanics:
         active_stress: A tension along the fibre beside the active strain (β = 0 for alone); None for none.
         activity: Factor on γ and the tension, a UFL scalar such as :func:`myostrain.geometry.transmural`
             gives; None for one.
+        activity_max: The largest value of that factor.
         robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more; one, or by named part of
             the boundary.
         robin_boundary: Named parts of the boundary that a single ``robin`` acts on; all of it unless given.
@@ -113,6 +114,7 @@ class Mechanics:
         deformation: ActiveDeformation | None = None,
         active_stress: ActiveStress | None = None,
         activity: Any = None,
+        activity_max: float = 1.0,
         robin: float | Mapping[str, float] = 0.0,
         robin_boundary: Sequence[str] | None = None,
         robin_normal: Mapping[str, float] | None = None,
@@ -128,7 +130,7 @@ class Mechanics:
     ) -> None:
         check_fit(body, kinematics, material, relaxation_time, imposed_stretch)
         self.body, self.kinematics, self.law = body, kinematics, law
-        self.imposed_stretch = imposed_stretch
+        self.imposed_stretch, self.activity_max = imposed_stretch, activity_max
         self.relaxation_time = relaxation_time
         self.seconds = 0.0
         mesh = body.mesh
@@ -179,7 +181,7 @@ class Mechanics:
             *sliding_conditions(body, space, sliding, mixed),
         ]
         if mixed and not self.loads.supports:
-            check_room(body, fixed)
+            check_room(body, [*fixed, *sliding])
         motions = RigidMotions(body, fixed, sliding, self.loads.supports)
         check_held(motions, pressure or {}, body_force)
         conditions += motions.pins(space, mixed)
@@ -308,6 +310,7 @@ class Mechanics:
                 follow(jump, self.u.x.array)
             except ComputationError:
                 self.v.x.array[:] = target
+                self.loads.put(loads_before)
                 raise
 
     def _set_rates(self, time: float, order: int) -> None:

@@ -203,6 +203,7 @@ class ChordNewton:
         matrix.assemble()
 
     def _renew(self) -> None:
+        self._ready = False
         if self._approximation is None:
             self._assemble_matrix(self._matrix, self._tangent)
             self.ksp.setOperators(self._matrix)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from myostrain.active_body import ActiveBody
-from myostrain.engine import MPI, fem, jit_options
+from myostrain.engine import fem, jit_options
 from myostrain.errors import ComputationError
 from myostrain.geometry import Body
 
@@ -39,15 +39,19 @@ class Orientation:
             ComputationError: It is, with the place.
         """
         values = self._determinants.eval(self._body.mesh, self._cells)
-        worst = float(values.min(initial=np.inf))
-        # NaN must not pass, hence "not >".
-        if self._body.comm.allreduce(not worst > 0, op=MPI.LOR):
-            where = ""
-            if not worst > 0:
-                cell = int(np.argmin(values.reshape(len(self._cells), -1).min(axis=1)))
-                corners = self._body.mesh.geometry.x[self._body.mesh.geometry.dofmaps[0][cell]]
-                where = f" near {np.round(corners.mean(axis=0)[: self._body.dim], 4).tolist()}"
+        mine: tuple[float, list[float]] = (np.inf, [])
+        if len(self._cells):
+            # NaN must not pass.
+            of_cell = (
+                np.nan_to_num(values, nan=-np.inf, neginf=-np.inf).reshape(len(self._cells), -1).min(axis=1)
+            )
+            cell = int(np.argmin(of_cell))
+            corners = self._body.mesh.geometry.x[self._body.mesh.geometry.dofmaps[0][cell]]
+            mine = float(of_cell[cell]), np.round(corners.mean(axis=0)[: self._body.dim], 4).tolist()
+        worst, where = min(self._body.comm.allgather(mine))
+        if not worst > 0:
             raise ComputationError(
-                f"the body is inverted{where}: det F or det Fo is {worst:.3g}",
+                f"the body is inverted near {where}: det F or det Fo is {worst:.3g}",
+                where=where,
                 advice="a smaller time step, or a smaller activation or load.",
             )

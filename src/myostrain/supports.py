@@ -179,18 +179,18 @@ class RigidMotions:
         return [condition for node, axis in pins for condition in _pin(body, space, mixed, node, axis)]
 
     def _nodes(self) -> Iterator[Array]:
-        body = self._body
+        body, size = self._body, self._size
         low, _ = body.extent()
-        first = _node(body, lambda x: np.linalg.norm(x - low, axis=1))
+        first = _node(body, lambda x: np.linalg.norm(x - low, axis=1) / size)
         yield first
         if body.dim > 1:
-            second = _node(body, lambda x: -_excess(x - first))
+            second = _node(body, lambda x: -_excess((x - first) / size))
             yield second
             arm = (second - first) / np.linalg.norm(second - first)
         if body.dim > 2:
 
             def lever(x: Array) -> Array:
-                moved = np.cross(arm, x - first)
+                moved = np.cross(arm, (x - first) / size)
                 return (moved**2 - np.cross(moved, arm) ** 2).max(axis=1)
 
             yield _node(body, lambda x: -lever(x))
@@ -262,5 +262,6 @@ def _pin(body: Body, space: fem.FunctionSpace, mixed: bool, point: np.ndarray, c
 
 def _at(body: Body, point: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Marks coordinates (3, n) that are at the point."""
-    close = 1e-10 * (1 + np.abs(point).max())
+    low, high = body.extent()
+    close = 1e-9 * np.linalg.norm(high - low) + 1e-13 * np.abs(point).max()
     return lambda x: np.linalg.norm(x[: body.dim] - point[:, None], axis=0) < close

@@ -81,6 +81,11 @@ class TransmuralSection:
     transmural: tuple[NonNegative, NonNegative] | None = None
     transmural_between: tuple[str, str] | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse sides of a wall through which nothing varies."""
+        if self.transmural is None and self.transmural_between is not None:
+            raise ValueError("transmural_between has no effect without transmural")
+
 
 @description
 class MechanicsSection:

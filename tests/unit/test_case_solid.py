@@ -172,6 +172,9 @@ WRONG = [
         "initial.radius",
         "boundary",
     ),
+    (SOLID, {"mechanics.bulk_modulus": 9.0, "mechanics.augmentation": 9.0}, "mechanics", "give it or"),
+    (SOLID, {"activation.transmural_between": ["bottom", "top"]}, "activation", "without transmural"),
+    (STATIC, {"solver": {"potential": {"ksp_type": "cg"}}}, "solver.potential", "leave it out"),
     (SOLID, {"units": {"lenght": "mm"}}, "units.lenght", "length"),
 ]
 
@@ -183,3 +186,32 @@ def test_wrong_keys_of_solids(case, changes, key, words):
         Case.from_dict(changed(case, changes))
     assert caught.value.key.startswith(key)
     assert words in str(caught.value)
+
+
+def test_paths_are_relative_to_the_case_file(tmp_path, monkeypatch):
+    """FileFibres, docstring: in a case file, fibres.path is relative to its folder, wherever one is."""
+    (tmp_path / "cases").mkdir()
+    file = write_case(
+        tmp_path / "cases" / "a.toml", changed(SOLID, {"fibres": {"kind": "file", "path": "f.npz"}})
+    )
+    monkeypatch.chdir(tmp_path)
+    assert Case.from_file(file).fibres.path == tmp_path / "cases" / "f.npz"
+
+
+def test_a_factor_on_the_activation_counts():
+    """Electromechanics: a transmural factor that makes the balance ill-posed is refused as β would be."""
+    changes = {
+        "mechanics.constraint": "elastic",
+        "activation.transmural": [2.0, 1.0],
+        "activation.transmural_between": ["bottom", "top"],
+    }
+    with pytest.raises(InputError, match="ill-posed"):
+        Case.from_dict(changed(SOLID, changes)).build(ALONE)
+    Case.from_dict(changed(SOLID, {**changes, "activation.transmural": [1.5, 1.0]})).build(ALONE)
+
+
+@pytest.mark.parametrize("beta", [0.45, 0.55])
+def test_a_nearly_incompressible_body_does_not_follow_the_potential(beta):
+    """J ≈ 1 whatever γ where the constraint is total: nothing is ill-posed, nothing iterated."""
+    case = Case.from_dict(changed(SOLID, {"mechanics.bulk_modulus": 50.0, "activation.beta": beta}))
+    assert case.build(ALONE).feedback == 0.0

@@ -31,7 +31,7 @@ def draw_benchmark(folder: Path) -> list[Path]:
     """
     file = folder / "lines.csv"
     results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-    benchmark = find(results["case"])
+    benchmark = find(results.get("case", ""))
     if benchmark is None or not file.is_file():
         return []
     lines = _lines(file)

@@ -150,6 +150,8 @@ class _LowestNode:
         order = np.lexsort((*places.T[::-1], heights))[:1]
         candidates = [(heights[i], *places[i].tolist(), self._comm.rank) for i in order]
         found = [entry for part in self._comm.allgather(candidates) for entry in part]
+        if not found:
+            raise InputError(f"the boundary '{name}' of this mesh is empty; rename it", "geometry")
         _, *rest, self._owner = min(found)
         self.rest = np.array(rest)
         self._dof = int(dofs[order[0]]) if self._owner == self._comm.rank else None
