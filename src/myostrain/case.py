@@ -40,6 +40,9 @@ from myostrain.vocabulary import (
     UnitsSection,
 )
 
+#: Keys that say where a bump is, of which a case has some.
+PLACES = ("center", "radius", "boundary")
+
 #: Bytes of a case file at most: a larger one is something else.
 MAX_FILE = 1_000_000
 

@@ -5,7 +5,7 @@ from myostrain.activation import ActiveStress, Fibre, Orthotropic, Proportional,
 from myostrain.engine import fem
 from myostrain.geometry import Microstructure, Slab, UniformFibres
 from myostrain.kinematics import Line, PlaneStress, Solid
-from myostrain.materials import Guccione1995, HolzapfelOgden2009, NeoHookean, Spring
+from myostrain.materials import Guccione1995, HolzapfelOgden2009, NeoHookean, Spring, Usyk2002
 from myostrain.validation import with_constants
 
 import numpy as np
@@ -179,7 +179,7 @@ FREE = [
     (Fibre(), "total", NeoHookean(mu=MU), [(1 + GAMMA) ** (2 / 3), *[(1 + GAMMA) ** (-1 / 3)] * 2]),
     (Fibre(), "elastic", NeoHookean(mu=MU), [1 + GAMMA, 1.0, 1.0]),
     (TransverselyIsotropic(), "total", Guccione1995(), ALIKE),
-    (Orthotropic(), "elastic", HolzapfelOgden2009(), ORTHOTROPIC),
+    (Orthotropic(), "elastic", Usyk2002(), ORTHOTROPIC),
     pytest.param(TransverselyIsotropic(), "elastic", NeoHookean(mu=MU), ALIKE, marks=pytest.mark.slow),
     pytest.param(Orthotropic(), "total", NeoHookean(mu=MU), ORTHOTROPIC, marks=pytest.mark.slow),
 ]

@@ -202,6 +202,7 @@ def test_a_factor_on_the_activation_counts():
     """Electromechanics: a transmural factor that makes the balance ill-posed is refused as β would be."""
     changes = {
         "mechanics.constraint": "elastic",
+        "mechanics.every": 1,
         "activation.transmural": [2.0, 1.0],
         "activation.transmural_between": ["bottom", "top"],
     }

@@ -7,7 +7,7 @@ from myostrain.activation import Fibre, Proportional
 from myostrain.active_body import ActiveBody
 from myostrain.engine import compile_form, fem
 from myostrain.geometry import Microstructure
-from myostrain.kinematics import PlaneStrain, PlaneStress
+from myostrain.kinematics import PlaneStrain, PlaneStress, Solid
 from myostrain.materials import MooneyRivlin, NeoHookean
 
 import numpy as np
@@ -40,7 +40,7 @@ def stress_in_three_dimensions(F, F_rate, gamma, n, material):
     E_rate = (F.transpose(0, 2, 1) @ F_rate + F_rate.transpose(0, 2, 1) @ F) / 2
     for function, samples in ((rate, E_rate), (fibre, n), (strain, gamma)):
         put(function, samples)
-    solid = SimpleNamespace(tensor_dim=3, has_pressure=False)
+    solid = Solid(bulk_modulus=1.0)  # without a pressure
     body = SimpleNamespace(mesh=mesh, dim=3, fibres=Microstructure(fibre))
     equations = ActiveBody(body, solid, material, GivenStrain(strain), Fibre(), LAMBDA)
     S = at_midpoints(equations.viscous_stress(rate, None), mesh)().reshape(-1, 3, 3)
