@@ -14,7 +14,7 @@ from myostrain.case import Case
 from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, fem, jit_options
 from myostrain.geometry import Microstructure, Rectangle, UniformFibres, build
-from myostrain.kinematics import PlaneStrain, PlaneStress
+from myostrain.kinematics import PlaneStrain, PlaneStress, Solid
 from myostrain.materials import NeoHookean
 from myostrain.mechanics import Mechanics
 from myostrain.output.probes import Probes
@@ -188,7 +188,7 @@ def _viscous_stress(n: Array, gamma: Array, relaxation_time: float, mu: float) -
     fields = {shape: fem.Function(fem.functionspace(mesh, ("DG", 0, shape))) for shape in ((3, 3), (3,), ())}
     _put(fields[3,], n)
     _put(fields[()], gamma)
-    solid: Any = SimpleNamespace(tensor_dim=3, has_pressure=False)
+    solid = Solid(bulk_modulus=1.0)  # without a pressure
     body: Any = SimpleNamespace(mesh=mesh, dim=3, fibres=Microstructure(fields[3,]))
     law: Any = SimpleNamespace(gamma=lambda v: fields[()])
     equations = ActiveBody(body, solid, NeoHookean(mu), law, Fibre(), relaxation_time)
