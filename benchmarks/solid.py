@@ -159,9 +159,9 @@ def main() -> None:
             found = textbook(n)
         else:
             if "direct" in rest:
-                import myostrain.saddle_point
+                import myostrain.solvers.saddle_point
 
-                myostrain.saddle_point.LARGE = 10**9
+                myostrain.solvers.saddle_point.LARGE = 10**9
             options = dict(item.split("=", 1) for item in rest[3:] if "=" in item)
             found = ours(n, options)
         found["peak_memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

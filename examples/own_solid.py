@@ -52,7 +52,7 @@ mechanics = ms.Mechanics(
 )
 potential = ms.Potential(
     body,
-    cell=ms.cells.FitzHughNagumo(),
+    cell=ms.membranes.FitzHughNagumo(),
     diffusivity=(100.0, 25.0),
     mass="averaged",
     deformation=mechanics.deformation,

@@ -11,7 +11,7 @@ mechanics = ms.Mechanics(
     law=ms.activation.Proportional(beta=0.3),
     robin=1.0,  # elastic support of the boundary
 )
-cell = ms.cells.FitzHughNagumo(alpha=0.1, tau=0.2, A=100.0)
+cell = ms.membranes.FitzHughNagumo(alpha=0.1, tau=0.2, A=100.0)
 potential = ms.Potential(
     body, cell=cell, diffusivity=100.0, mass="averaged", deformation=mechanics.deformation
 )

@@ -44,7 +44,7 @@ def line(
     )
     potential = ms.Potential(
         body,
-        cell=cell or ms.cells.FitzHughNagumo(),
+        cell=cell or ms.membranes.FitzHughNagumo(),
         diffusivity=100.0,
         balance=balance,
         deformation=mechanics.deformation,
@@ -72,7 +72,7 @@ def sheet(scheme=None, *, kinematics=None, diffusivity=100.0, relaxation_time=0.
     )
     potential = ms.Potential(
         body,
-        cell=ms.cells.FitzHughNagumo(),
+        cell=ms.membranes.FitzHughNagumo(),
         diffusivity=diffusivity,
         deformation=mechanics.deformation,
         options=options,

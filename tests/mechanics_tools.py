@@ -2,7 +2,7 @@
 
 import myostrain as ms
 from myostrain.engine import MPI, fem, jit_options
-from myostrain.newton import ChordNewton
+from myostrain.solvers.newton import ChordNewton
 
 import numpy as np
 import ufl

@@ -8,7 +8,7 @@ export included.
 from contextlib import contextmanager
 
 import myostrain as ms
-import myostrain.mechanics
+import myostrain.mechanics.equilibrium
 from myostrain import activation, engine, materials
 from myostrain.activation import ActiveStress, Proportional
 from myostrain.engine import compile_form, fem
@@ -162,13 +162,13 @@ def quick_kernels():
 
 def recorded(body, **parts):
     """A mechanics of a few cells whose solver remembers its residual's form."""
-    usual = myostrain.mechanics.ChordNewton
-    myostrain.mechanics.ChordNewton = Recorded
+    usual = myostrain.mechanics.equilibrium.ChordNewton
+    myostrain.mechanics.equilibrium.ChordNewton = Recorded
     try:
         with quick_kernels():
             return ms.Mechanics(body, **parts)
     finally:
-        myostrain.mechanics.ChordNewton = usual
+        myostrain.mechanics.equilibrium.ChordNewton = usual
 
 
 def block(size=(2.0, 1.0, 1.0), spacing=1.0, fibres=OBLIQUE, distortion=0.0, seed=3):

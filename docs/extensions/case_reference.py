@@ -8,8 +8,13 @@ import typing
 from collections.abc import Mapping
 from pathlib import Path
 
-from myostrain import drive, initial, mechanics, potential, simulation
-from myostrain import vocabulary as case
+from myostrain.case import sections as case
+from myostrain.electrics import given_potential as drive
+from myostrain.electrics import initial_values as initial
+from myostrain.electrics import potential
+from myostrain.mechanics import equilibrium as mechanics
+from myostrain.mechanics import imposed_stretch
+from myostrain.run import simulation
 
 from ufl.core.expr import Expr
 
@@ -72,7 +77,7 @@ def reference() -> str:
             "### Keys for all kinematics",
             keys(case.MechanicsSection),
             "### `imposed_stretch = { ... }`",
-            keys(mechanics.ImposedStretch, intro=True),
+            keys(imposed_stretch.ImposedStretch, intro=True),
         ],
         "time": [
             keys(case.TimeSection),

@@ -8,18 +8,15 @@ The public names. What describes is frozen and validated, what solves owns its s
     body = ms.build(ms.geometry.Ellipse(size=(130.0, 180.0)), ms.UniformFibres(direction=(1.0, -1.0)))
 """
 
-from myostrain import activation, cells, geometry, kinematics, materials, theory
+from myostrain import activation, geometry, kinematics, materials, membranes, theory
 from myostrain import engine as _engine  # first: it orders the imports of MPI and DOLFINx
-from myostrain.case import Case
+from myostrain.case import Case, run_case
 from myostrain.coupling import Electromechanics, Implicit, SecondOrder, Staggered
-from myostrain.drive import Drive, GivenPotential
+from myostrain.electrics import BoundaryBump, Bump, Drive, GivenPotential, Potential
 from myostrain.errors import ComputationError, InputError, MyostrainError
 from myostrain.geometry import UniformFibres, build
-from myostrain.initial import BoundaryBump, Bump
 from myostrain.mechanics import ImposedStretch, Mechanics
-from myostrain.potential import Potential
-from myostrain.running import run_case
-from myostrain.simulation import Simulation
+from myostrain.run import Simulation
 
 __version__ = _engine.versions()["myostrain"]
 
@@ -43,10 +40,10 @@ __all__ = [
     "UniformFibres",
     "activation",
     "build",
-    "cells",
     "geometry",
     "kinematics",
     "materials",
+    "membranes",
     "run_case",
     "theory",
 ]

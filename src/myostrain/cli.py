@@ -14,13 +14,13 @@ from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 from myostrain.errors import ComputationError, InputError, Interrupted
-from myostrain.progress import ProgressDisplay, errors
+from myostrain.run.progress import ProgressDisplay, errors
 
 import typer
 from rich.console import Console
 
 if TYPE_CHECKING:
-    from myostrain.case import Case
+    from myostrain.case.case import Case
 
 app = typer.Typer(
     help="Cardiac electromechanics by active strain.",
@@ -81,10 +81,10 @@ def run(
 ) -> None:
     """Run a case and write a result folder."""
     from myostrain import cases
-    from myostrain.case import Case
+    from myostrain.case.case import Case
+    from myostrain.case.running import run_case
     from myostrain.engine import MPI
     from myostrain.output.folder import free_name
-    from myostrain.running import run_case
 
     comm = MPI.COMM_WORLD
     asked = None
@@ -116,7 +116,7 @@ def _resumed(asked: Case | None, out: Path | None, *, changed: bool) -> tuple[Ca
     The same command with --resume may be given again and again, as batch scripts do: it begins, goes on, or
     shows the results.
     """
-    from myostrain.case import Case
+    from myostrain.case.case import Case
 
     if out is None or (asked is None and changed):
         raise InputError("goes with --out DIR, and without --set and --force", "--resume")
@@ -174,7 +174,7 @@ def doctor() -> None:
 @app.command()
 def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")]) -> None:
     """Draw the pictures of a result folder again."""
-    from myostrain.output.figures import draw
+    from myostrain.output.figures.draw import draw
 
     with _warnings_shown(True):
         for path in draw(folder):
@@ -200,11 +200,11 @@ def material(
 
     The material is incompressible and passive, as in the section [material] of a case file.
     """
+    from myostrain.case.overrides import override
+    from myostrain.case.parsing import make
+    from myostrain.case.sections import MATERIALS
     from myostrain.errors import nearest
-    from myostrain.output.figures_material import draw_material
-    from myostrain.overrides import override
-    from myostrain.sections import make
-    from myostrain.vocabulary import MATERIALS
+    from myostrain.output.figures.material import draw_material
 
     if name is None:
         solids = {word: cls for word, cls in MATERIALS.items() if cls.tensor_dim == 3}

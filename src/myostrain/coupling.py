@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import ClassVar, Protocol
 
+from myostrain.electrics.potential import Potential
 from myostrain.errors import ComputationError, InputError
 from myostrain.history import backward_difference, extrapolation_weights
-from myostrain.mechanics import Mechanics
-from myostrain.potential import Potential
-from myostrain.solvers import largest
+from myostrain.mechanics.equilibrium import Mechanics
+from myostrain.solvers.linear import largest
 from myostrain.state import State
 from myostrain.validation import Count, Positive, description
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from myostrain import activation, cases, geometry, kinematics, materials
-from myostrain.case import Case
+from myostrain.case.case import Case
 from myostrain.engine import MPI, PETSc, fem, jit_options, versions
-from myostrain.mechanics import Mechanics
+from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.output.folder import write_atomically
 from myostrain.theory import profile, speed
 

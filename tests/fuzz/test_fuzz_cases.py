@@ -9,8 +9,9 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-from myostrain import Case, ComputationError, InputError, cases, sizes
-from myostrain.vocabulary import SECTIONS, TEXTS
+from myostrain import Case, ComputationError, InputError, cases
+from myostrain.case import size_estimate as sizes
+from myostrain.case.sections import SECTIONS, TEXTS
 
 import hypothesis
 import pytest

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 from myostrain import Case, run_case
+from myostrain.case.running import load_results
 from myostrain.output.snapshots import Snapshots
-from myostrain.running import load_results
 
 import numpy as np
 import pytest

@@ -23,7 +23,7 @@ from myostrain.activation import Proportional
 from myostrain.engine import MPI
 from myostrain.kinematics import Solid
 from myostrain.materials import NeoHookean
-from myostrain.ordering import Ordering
+from myostrain.output.ordering import Ordering
 
 found = {}
 for name, solid, options in [

@@ -7,7 +7,7 @@ convergence; what the numbers mean, and which equation of the paper they belong 
 import tomllib
 from importlib import resources
 
-from myostrain.output.figures_style import style
+from myostrain.output.figures.style import style
 from myostrain.reproduce import chapters
 from myostrain.reproduce.build import plain_numbers
 from myostrain.reproduce.jobs import Store, run_jobs

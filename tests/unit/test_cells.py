@@ -8,7 +8,9 @@ import pytest
 from coupled import TIGHT, line
 
 #: Every exported membrane; the protocol is none.
-EXPORTED = [cell for name, cell in vars(ms.cells).items() if name in ms.cells.__all__ and name != "CellModel"]
+EXPORTED = [
+    cell for name, cell in vars(ms.membranes).items() if name in ms.membranes.__all__ and name != "CellModel"
+]
 
 
 class Gated:
@@ -45,7 +47,7 @@ class PaperByHand:
         return cell.A * (3 * v**2 - 2 * (1 + cell.alpha) * v + cell.alpha)
 
 
-@pytest.mark.parametrize("cell", [*(cls() for cls in EXPORTED), ms.cells.FitzHughNagumo(recovery=False)])
+@pytest.mark.parametrize("cell", [*(cls() for cls in EXPORTED), ms.membranes.FitzHughNagumo(recovery=False)])
 def test_rest_is_an_equilibrium(cell):
     """CONTRIBUTING.md: "states, their resting values and rates": at rest neither v nor any state changes."""
     v, states = np.float64(cell.resting_potential()), list(cell.initial_states())
@@ -56,16 +58,16 @@ def test_rest_is_an_equilibrium(cell):
 
 def test_fitzhugh_nagumo_is_the_papers():
     """(2.1): current A v (v − α)(v − 1) + A w; (2.2): v − w/τ; its parameters those of every figure."""
-    cell = ms.cells.FitzHughNagumo()
+    cell = ms.membranes.FitzHughNagumo()
     assert (cell.alpha, cell.tau, cell.A) == (0.1, 0.2, 100.0)
-    cell = ms.cells.FitzHughNagumo(alpha=0.13, tau=0.7, A=30.0)
+    cell = ms.membranes.FitzHughNagumo(alpha=0.13, tau=0.7, A=30.0)
     v, w = np.random.default_rng(1).uniform(-0.3, 1.2, (2, 100))
     np.testing.assert_allclose(
         cell.current(v, [w]), 30 * (v**3 - 1.13 * v**2 + 0.13 * v) + 30 * w, rtol=0, atol=1e-13 * 30
     )
     np.testing.assert_allclose(cell.rates(v, [w])[0], v - w / 0.7, rtol=0, atol=1e-15)
     # The zeros of the current without recovery are rest, threshold and excitation.
-    without = ms.cells.FitzHughNagumo(alpha=0.13, recovery=False)
+    without = ms.membranes.FitzHughNagumo(alpha=0.13, recovery=False)
     np.testing.assert_array_equal(without.current(np.array([0.0, 0.13, 1.0]), []), 0.0)
     assert without.states == without.initial_states() == without.rates(0.5, []) == ()
 
@@ -74,10 +76,10 @@ def test_fitzhugh_nagumo_is_the_papers():
 def test_threshold_lies_between_rest_and_excitation(alpha):
     """The paper's 0 < α < 1; the message names the value."""
     with pytest.raises(ValueError, match="alpha"):
-        ms.cells.FitzHughNagumo(alpha=alpha)
+        ms.membranes.FitzHughNagumo(alpha=alpha)
 
 
-@pytest.mark.parametrize("cell", [ms.cells.FitzHughNagumo(), Gated()])
+@pytest.mark.parametrize("cell", [ms.membranes.FitzHughNagumo(), Gated()])
 def test_one_step_uses_the_exact_slope_of_the_current(cell):
     """Potential.solve linearises the current about the guess g, by the complex step, exactly.
 

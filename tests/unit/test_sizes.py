@@ -6,7 +6,9 @@ import shutil
 import tracemalloc
 from collections import namedtuple
 
-from myostrain import Case, InputError, resources, sizes
+from myostrain import Case, InputError
+from myostrain.case import size_estimate as sizes
+from myostrain.run import free_space as resources
 
 import pytest
 

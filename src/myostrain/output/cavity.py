@@ -6,7 +6,7 @@ from typing import Any
 
 from myostrain.engine import compile_form, fem, lasting
 from myostrain.geometry import Body
-from myostrain.quadrature import integral
+from myostrain.mechanics.quadrature import integral
 
 import numpy as np
 import numpy.typing as npt

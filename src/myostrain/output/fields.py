@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from myostrain.engine import fem, jit_options, lasting
 from myostrain.errors import InputError
-from myostrain.ordering import Ordering
 from myostrain.output.folder import discard, on_first, part_of
+from myostrain.output.ordering import Ordering
 from myostrain.output.snapshots import VECTORS, Snapshots, SnapshotWriter
 
 import dolfinx.io

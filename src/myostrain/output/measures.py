@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from myostrain.engine import MPI, lasting
+from myostrain.mechanics.quadrature import QuadraturePoints
 from myostrain.output.cavity import Cavity
 from myostrain.output.wall import Wall
-from myostrain.quadrature import QuadraturePoints
 
 import numpy as np
 import ufl
 
 if TYPE_CHECKING:
-    from myostrain.mechanics import Mechanics
+    from myostrain.mechanics.equilibrium import Mechanics
 
 #: Degree of the quadrature: that of det F for quadratic displacements, whose integral so is exact.
 DEGREE = 3

@@ -12,8 +12,8 @@ from typing import Any
 
 from myostrain.engine import fem, lasting
 from myostrain.errors import InputError
-from myostrain.ordering import Ordering
 from myostrain.output.folder import on_first, write_atomically
+from myostrain.output.ordering import Ordering
 
 import numpy as np
 import numpy.typing as npt
@@ -35,9 +35,9 @@ def frame_paths(folder: Path) -> dict[int, Path]:
 class SnapshotWriter:
     """Writes ``folder/snapshots``: the mesh now, then a frame of the fields a time.
 
-    Nodes are numbered as :class:`~myostrain.ordering.Ordering` does, whatever process has them. All methods
-    are collective and raise :class:`~myostrain.errors.ComputationError` on every process if the first one
-    cannot write.
+    Nodes are numbered as :class:`~myostrain.output.ordering.Ordering` does, whatever process has them. All
+    methods are collective and raise :class:`~myostrain.errors.ComputationError` on every process if the
+    first one cannot write.
 
     Args:
         folder: The result folder.

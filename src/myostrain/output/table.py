@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from myostrain.ellipticity import EllipticityMonitor
 from myostrain.engine import lasting
 from myostrain.errors import InputError
+from myostrain.mechanics.ellipticity import EllipticityMonitor
 from myostrain.output.folder import on_first
 from myostrain.output.measures import Measures
 from myostrain.output.peaks import Peaks

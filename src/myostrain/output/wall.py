@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 from myostrain.engine import MPI, compile_form, fem, lasting
 from myostrain.errors import InputError
 from myostrain.geometry import Body, depth
+from myostrain.mechanics.quadrature import QuadraturePoints, integral
 from myostrain.output.cavity import Cavity
-from myostrain.quadrature import QuadraturePoints, integral
 
 import numpy as np
 import numpy.typing as npt
 import ufl
 
 if TYPE_CHECKING:
-    from myostrain.mechanics import Mechanics
+    from myostrain.mechanics.equilibrium import Mechanics
 
 Array = npt.NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from myostrain.engine import MPI, versions
 from myostrain.errors import InputError, nearest
-from myostrain.output.figures_style import save, style, writing
+from myostrain.output.figures.style import save, style, writing
 from myostrain.output.folder import write_atomically, write_json
 from myostrain.reproduce import chapters
 from myostrain.reproduce.content import Chapter

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from myostrain.output.figures_style import BLUE, GREEN, ORANGE, PURPLE, VERMILION, new_figure
+from myostrain.output.figures.style import BLUE, GREEN, ORANGE, PURPLE, VERMILION, new_figure
 from myostrain.reproduce.content import Picture
 from myostrain.reproduce.jobs import Found
 from myostrain.reproduce.page import number

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from myostrain.output.figures_style import BLUE, GREEN, GREY, SEQUENTIAL, VERMILION, new_figure
+from myostrain.output.figures.style import BLUE, GREEN, GREY, SEQUENTIAL, VERMILION, new_figure
 from myostrain.output.metrics import leading_pulse
 from myostrain.reproduce.content import Chapter, Difference, Picture, Statement, Table
 from myostrain.reproduce.jobs import Found, Job

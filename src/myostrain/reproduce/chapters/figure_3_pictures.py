@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myostrain.output.figures_sheet import boundary_edges, isochrone_levels
-from myostrain.output.figures_style import (
+from myostrain.output.figures.sheet import boundary_edges, isochrone_levels
+from myostrain.output.figures.style import (
     BLUE,
     DIVERGING,
     GREEN,

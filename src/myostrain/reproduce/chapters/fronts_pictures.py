@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from myostrain.output.figures_style import BLUE, COLOURS, GREEN, GREY, VERMILION, new_figure
+from myostrain.output.figures.style import BLUE, COLOURS, GREEN, GREY, VERMILION, new_figure
 from myostrain.reproduce.chapters import fronts_jobs as setup
 from myostrain.reproduce.jobs import Found
 from myostrain.theory import profile, speed

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from myostrain.output.figures_style import BLUE, GREEN, GREY, VERMILION, new_figure
+from myostrain.output.figures.style import BLUE, GREEN, GREY, VERMILION, new_figure
 from myostrain.reproduce.chapters.startup_jobs import (
     DENSE,
     DRIVEN,

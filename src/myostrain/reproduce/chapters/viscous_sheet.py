@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from myostrain.output.figures_style import COLOURS, GREY, new_figure
+from myostrain.output.figures.style import COLOURS, GREY, new_figure
 from myostrain.reproduce.content import Chapter, Difference, Picture, Statement, Table
 from myostrain.reproduce.jobs import Found, Job
 from myostrain.reproduce.measurements.cases import resolved

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from myostrain import cases
-from myostrain.case import Case
+from myostrain.case.case import Case
 from myostrain.coupling import Electromechanics
 from myostrain.reproduce.jobs import Found, Job
 

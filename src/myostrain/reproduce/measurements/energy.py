@@ -105,7 +105,7 @@ def _model(
         )
     potential = ms.Potential(
         made,
-        cell=ms.cells.FitzHughNagumo(alpha=ALPHA, tau=TAU, A=RATE),
+        cell=ms.membranes.FitzHughNagumo(alpha=ALPHA, tau=TAU, A=RATE),
         diffusivity=RATE,
         deformation=mechanics.deformation,
         options={"ksp_rtol": 1e-13},

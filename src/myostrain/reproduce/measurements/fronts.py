@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myostrain.case import Case
+from myostrain.case.case import Case
 from myostrain.coupling import Electromechanics
 from myostrain.errors import InputError
 from myostrain.output.metrics import leading_pulse

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myostrain.case import Case
+from myostrain.case.case import Case
 from myostrain.coupling import Electromechanics
 from myostrain.engine import compile_form, fem
-from myostrain.mechanics import Mechanics
+from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.output.metrics import LEVEL
 from myostrain.reproduce.jobs import Array, Found, Job
 from myostrain.reproduce.measurements.cases import resolved
@@ -27,8 +27,8 @@ from myostrain.reproduce.measurements.triangles import (
     strains,
     stretches,
 )
-from myostrain.simulation import Simulation
-from myostrain.solvers import assemble_nodal
+from myostrain.run.simulation import Simulation
+from myostrain.solvers.linear import assemble_nodal
 
 import numpy as np
 import ufl

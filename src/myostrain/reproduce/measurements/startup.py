@@ -319,7 +319,7 @@ def _driven_model(
     mechanics = ms.Mechanics(made, law=law, imposed_stretch=held, tolerance=1e-12, **own)
     model = ms.Potential(
         made,
-        cell=ms.cells.FitzHughNagumo(recovery=recovery),
+        cell=ms.membranes.FitzHughNagumo(recovery=recovery),
         diffusivity=100.0,
         deformation=mechanics.deformation,
         options={"ksp_rtol": 1e-13},

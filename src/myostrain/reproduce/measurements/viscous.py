@@ -9,14 +9,14 @@ from types import SimpleNamespace
 from typing import Any
 
 from myostrain.activation import Fibre, Proportional
-from myostrain.active_body import ActiveBody
-from myostrain.case import Case
+from myostrain.case.case import Case
 from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, fem, jit_options
 from myostrain.geometry import Microstructure, Rectangle, UniformFibres, build
 from myostrain.kinematics import PlaneStrain, PlaneStress, Solid
 from myostrain.materials import NeoHookean
-from myostrain.mechanics import Mechanics
+from myostrain.mechanics.active_body import ActiveBody
+from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.output.probes import Probes
 from myostrain.reproduce.jobs import Array, Found
 

@@ -1,0 +1,387 @@
+"""A case file (TOML) and the objects that it describes; every message names a key to act on."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from myostrain import geometry, kinematics
+from myostrain.activation import ActiveStress, Proportional
+from myostrain.case import size_estimate
+from myostrain.case.overrides import override
+from myostrain.case.parsing import dotted, make, make_probes, make_solver, pick, plain, shown, word
+from myostrain.case.sections import (
+    CELLS,
+    DEFORMATIONS,
+    FIBRES,
+    GEOMETRIES,
+    KINEMATICS,
+    LAWS,
+    MATERIALS,
+    SCHEMES,
+    SECTIONS,
+    TEXTS,
+    MechanicsSection,
+    OutputSection,
+    PotentialSection,
+    TimeSection,
+    TransmuralSection,
+    UnitsSection,
+)
+from myostrain.coupling import Electromechanics, Implicit
+from myostrain.electrics.given_potential import Drive, GivenPotential
+from myostrain.electrics.initial_values import BoundaryBump, Bump
+from myostrain.electrics.potential import Potential
+from myostrain.engine import MPI
+from myostrain.errors import InputError, nearest
+from myostrain.mechanics.equilibrium import ImposedStretch, Mechanics
+from myostrain.run.simulation import Simulation
+
+#: Keys that say where a bump is, of which a case has some.
+PLACES = ("center", "radius", "boundary")
+
+#: Bytes of a case file at most: a larger one is something else.
+MAX_FILE = 1_000_000
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A case, checked: frozen descriptions, and from them the objects that run.
+
+    Args:
+        name: Short name, for the record.
+        parameters: The case as a dictionary with everything resolved, as ``case.toml`` holds it.
+    """
+
+    name: str
+    title: str
+    cost: str
+    units: UnitsSection
+    geometry: Any
+    fibres: Any
+    cell: Any
+    potential: PotentialSection
+    initial: Any
+    drive: Drive | None
+    law: Any
+    deformation: Any
+    transmural: TransmuralSection
+    material: Any
+    kinematics: Any
+    mechanics: MechanicsSection
+    scheme: Any
+    time: TimeSection
+    probes: Mapping[str, tuple[float, ...]]
+    output: OutputSection
+    solver: Mapping[str, Mapping[str, Any]]
+    parameters: Mapping[str, Any]
+
+    @classmethod
+    def from_file(cls, path: str | Path, overrides: Sequence[str] = ()) -> Case:
+        """Read a case file.
+
+        Args:
+            path: The TOML file; paths in it are relative to its folder.
+            overrides: ``KEY=VALUE`` with dotted keys and values in TOML syntax; paths in them are relative to
+                the current folder.
+
+        Raises:
+            InputError: The file cannot be read, is no TOML, or says what cannot be.
+        """
+        path = Path(path)
+        geometry.readable(path, "FILE")
+        try:
+            if path.stat().st_size > MAX_FILE:
+                raise InputError(f"{path} is larger than {MAX_FILE} bytes: it is no case file")
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+        except InputError:
+            raise
+        except ValueError as error:  # of TOML, of UTF-8, and of integers that are too long
+            raise InputError(f"{path} is no valid TOML file: {error}") from error
+        except RecursionError:
+            raise InputError(f"{path} is no case: its lists or tables are too deep") from None
+        except OSError as error:
+            raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        if not data:
+            raise InputError(f"{path} holds no case: it has no section")
+        for form in (data.get("geometry"), data.get("fibres")):
+            if isinstance(form, dict) and isinstance(form.get("path"), str):
+                form["path"] = str(path.parent.absolute() / form["path"])
+        override(data, overrides)
+        return cls.from_dict(data, name=path.stem)
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], name: str = "case", folder: Path = Path()) -> Case:
+        """Check a case given as nested dictionaries, with the keys of a case file.
+
+        Raises:
+            InputError: A key is unknown or missing, or a value is not allowed.
+        """
+        unknown = [key for key in data if key not in (*SECTIONS, *TEXTS)]
+        if unknown:
+            raise InputError(
+                f"no such section or key; {nearest(unknown[0], (*SECTIONS, *TEXTS))}", dotted(unknown[0])
+            )
+        for section, needed in SECTIONS.items():
+            if needed and section not in data:
+                raise InputError("this section is missing", section)
+            if not isinstance(data.get(section, {}), Mapping):
+                raise InputError(f"this is a section, not a value: [{section}]", section)
+        _check_drive(data)
+        for key in TEXTS:
+            if not isinstance(data.get(key, ""), str):
+                raise InputError("give a text", key)
+        if not re.fullmatch(r"[^/\\\x00-\x1f]{1,100}", data.get("name", "-")) or data.get("name") in (
+            ".",
+            "..",
+        ):
+            raise InputError(
+                f"a result folder is called by it: give a short word, not {shown(data['name'])}", "name"
+            )
+        part = {section: dict(data.get(section, {})) for section in SECTIONS}
+
+        form = pick(part["geometry"], "geometry.kind", GEOMETRIES)
+        kin = pick(part["mechanics"], "mechanics.kinematics", KINEMATICS)
+        line = kin is kinematics.Line
+        fibres = pick(part["fibres"], "fibres.kind", FIBRES, "uniform") if part["fibres"] else None
+        model = pick(part["cell"], "cell.model", CELLS, "FitzHughNagumo")
+        law = pick(part["activation"], "activation.law", LAWS, "proportional")
+        if law is ActiveStress and "deformation" in part["activation"]:
+            raise InputError(
+                "an active stress takes the place of a deformation; leave one out", "activation.deformation"
+            )
+        active = pick(part["activation"], "activation.deformation", DEFORMATIONS, "fibre")
+        strain = _take(part["activation"], active)
+        through = _take(part["activation"], TransmuralSection)
+        material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
+        scheme = pick(part["time"], "time.scheme", SCHEMES, "second-order")
+
+        for section in ("geometry", "fibres"):
+            if isinstance(part[section].get("path"), str):
+                part[section]["path"] = _whole(folder, part[section]["path"], f"{section}.path")
+        constraint = _take(part["mechanics"], kin)
+        if line and part["mechanics"].pop("constraint", "total") != "total":
+            raise InputError("a line has no constraint; leave the key out", "mechanics.constraint")
+        pace = {k: part["mechanics"].pop(k) for k in ("every",) if k in part["mechanics"]}
+        if scheme is Implicit and pace:
+            if pace["every"] != 1:
+                raise InputError(
+                    'the implicit scheme solves mechanics in every step: give 1, or scheme = "staggered"',
+                    "mechanics.every",
+                )
+            pace = {}
+        if "every" in part["time"]:
+            raise InputError("this key is called mechanics.every", "time.every")
+        timing = {k: part["time"].pop(k) for k in ("step", "end") if k in part["time"]}
+        driven = "drive" in data
+        bump = BoundaryBump if "boundary" in part["initial"] else Bump
+        made = {
+            "units": make(UnitsSection, part["units"], "units"),
+            "geometry": make(form, part["geometry"], "geometry", also=("kind",)),
+            "fibres": make(fibres, part["fibres"], "fibres", also=("kind",)) if fibres else None,
+            "cell": make(model, part["cell"], "cell", also=("model",)),
+            "potential": make(PotentialSection, part["potential"], "potential"),
+            "initial": None
+            if driven
+            else make(bump, part["initial"], "initial", also=("center", "radius", "boundary")),
+            "drive": make(Drive, part["drive"], "drive") if driven else None,
+            "law": make(
+                law,
+                part["activation"],
+                "activation",
+                also=("law", "deformation", *(f.name for f in dataclasses.fields(TransmuralSection))),
+            ),
+            "deformation": make(active, strain, "activation"),
+            "transmural": make(TransmuralSection, through, "activation"),
+            "material": make(material, part["material"], "material", also=("model",)),
+            "mechanics": make(
+                MechanicsSection,
+                part["mechanics"],
+                "mechanics",
+                also=("kinematics", "every", *(f.name for f in dataclasses.fields(kin))),
+            ),
+            "kinematics": make(kin, constraint, "mechanics"),
+            "scheme": make(
+                scheme,
+                {**part["time"], **pace},
+                "time",
+                also=("scheme", "step", "end"),
+                sections={"every": "mechanics"},
+            ),
+            "time": make(TimeSection, timing, "time"),
+            "probes": make_probes(part["probes"]),
+            "output": make(OutputSection, part["output"], "output"),
+            "solver": make_solver(part["solver"]),
+        }
+        if made["mechanics"].ellipticity == "warn" and kin.dim < 3:
+            raise InputError("only a solid's is sampled; leave it out", "mechanics.ellipticity")
+        texts = {"name": data.get("name", name)}
+        texts |= {"title": data.get("title", texts["name"]), "cost": data.get("cost", "")}
+        return cls(**texts, **made, parameters=_resolved(texts, made))
+
+    def rigid(self) -> Case:
+        """The same case on a body that does not move."""
+        held = ImposedStretch(value=1.0, until=float("inf"))
+        mechanics = dataclasses.replace(self.mechanics, imposed_stretch=held)
+        output = dataclasses.replace(self.output, rigid_twin=False)
+        made = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        texts = {"name": f"{self.name}-rigid", "title": f"{self.title}, rigid", "cost": self.cost}
+        made |= {"mechanics": mechanics, "output": output, **texts}
+        return Case(**{**made, "parameters": _resolved(texts, made)})
+
+    def to_toml(self) -> str:
+        """The case as TOML with everything resolved; :meth:`from_file` reads it back."""
+        import tomlkit  # takes a tenth of a second, which a start without a result folder need not wait for
+
+        return tomlkit.dumps(dict(self.parameters))
+
+    def build(self, comm: Any = MPI.COMM_WORLD) -> Electromechanics:
+        """Make the coupled problem, with the initial potential set.
+
+        Raises:
+            InputError: What only shows on the mesh: a boundary that is not there, a bump without a node, ...
+        """
+        body = geometry.build(self.geometry, self.fibres, comm)
+        stress = isinstance(self.law, ActiveStress)
+        mechanics = Mechanics(
+            body,
+            kinematics=self.kinematics,
+            material=self.material,
+            law=Proportional(beta=0.0) if stress else self.law,
+            deformation=self.deformation,
+            active_stress=self.law if stress else None,
+            activity=self._activity(body),
+            activity_max=max(self.transmural.transmural or (1.0,)),
+            robin=self.mechanics.robin,
+            robin_boundary=self.mechanics.robin_boundary,
+            robin_normal=self.mechanics.robin_normal,
+            pressure=self.mechanics.pressure,
+            fixed=self.mechanics.fixed,
+            sliding=self.mechanics.sliding,
+            relaxation_time=self.mechanics.relaxation_time,
+            imposed_stretch=self.mechanics.imposed_stretch,
+            tolerance=self.mechanics.tolerance,
+            options=self.solver.get("mechanics"),
+        )
+        if self.initial is None:
+            given: Any = GivenPotential(body, self.drive)
+            return Electromechanics(given, mechanics, self.scheme)
+        potential = Potential(
+            body,
+            cell=self.cell,
+            diffusivity=self.potential.diffusivity,
+            balance=self.potential.balance,
+            mass=self.potential.mass,
+            deformation=mechanics.deformation,
+            options=self.solver.get("potential"),
+        )
+        self.initial.apply(potential)
+        return Electromechanics(potential, mechanics, self.scheme)
+
+    def _activity(self, body: geometry.Body) -> Any:
+        ends = self.transmural.transmural
+        if ends is None:
+            return None
+        return geometry.transmural(body, ends, self.transmural.transmural_between)
+
+    def simulation(
+        self,
+        comm: Any = MPI.COMM_WORLD,
+        out: Path | None = None,
+        force: bool = False,
+        resume: bool = False,
+    ) -> Simulation:
+        """Build the model and the simulation that runs it.
+
+        Raises:
+            InputError: It would not fit into memory or on the disk, or see :meth:`build`.
+        """
+        import time
+
+        begin = time.perf_counter()
+        size_estimate.check(self, out, comm)
+        model = self.build(comm)
+        return Simulation(
+            model,
+            step=self.time.step,
+            end=self.time.end,
+            out=out,
+            probes=self.probes,
+            every=None if self.output.every is None else min(self.output.every, self.time.end),
+            fields=self.output.fields,
+            checkpoint_every=self.output.checkpoint_every,
+            checkpoint_seconds=self.output.checkpoint_seconds,
+            ellipticity=self.mechanics.ellipticity,
+            force=force,
+            resume=resume,
+            case={"name": self.name, "parameters": self.parameters},
+            setup_seconds=time.perf_counter() - begin,
+        )
+
+
+def _check_drive(data: Mapping[str, Any]) -> None:
+    """Refuse a case that solves for its potential and is given it, or neither.
+
+    Raises:
+        InputError: It is one.
+    """
+    if "drive" not in data:
+        if "initial" not in data:
+            raise InputError(
+                "this section is missing (or [drive], for a potential that is given in time)", "initial"
+            )
+        return
+    for section in ("cell", "potential", "initial"):
+        if section in data:
+            raise InputError("with [drive] the potential is given: leave this section out", section)
+    if isinstance(data.get("solver"), Mapping) and "potential" in data["solver"]:
+        raise InputError("with [drive] nothing is solved for the potential: leave it out", "solver.potential")
+
+
+def _take(section: dict[str, Any], cls: Any) -> dict[str, Any]:
+    """Take the keys of a class out of a section that it shares with others."""
+    return {f.name: section.pop(f.name) for f in dataclasses.fields(cls) if f.name in section}
+
+
+def _whole(folder: Path, path: str, key: str) -> str:
+    """A path that is relative to ``folder``, as an absolute one."""
+    try:
+        return str((folder / path).resolve())
+    except (ValueError, OSError, RuntimeError) as error:  # a null byte, a loop of links
+        raise InputError(f"{shown(path)} is no path: {error}", key) from error
+
+
+def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, Any]:
+    """The case as nested dictionaries with everything resolved."""
+    kin, scheme = plain(made["kinematics"]), plain(made["scheme"])
+    pace = {"every": scheme.pop("every")} if "every" in scheme else {}
+    activity = {"law": word(made["law"], LAWS), **plain(made["law"])}
+    if not isinstance(made["law"], ActiveStress):
+        activity |= {"deformation": word(made["deformation"], DEFORMATIONS), **plain(made["deformation"])}
+    fibres, solved = made["fibres"], made["drive"] is None
+    sections = {
+        "units": plain(made["units"]),
+        "geometry": {"kind": word(made["geometry"], GEOMETRIES), **plain(made["geometry"])},
+        "fibres": {"kind": word(fibres, FIBRES), **plain(fibres)} if fibres is not None else None,
+        "cell": {"model": word(made["cell"], CELLS), **plain(made["cell"])} if solved else None,
+        "potential": plain(made["potential"]) if solved else None,
+        "initial": plain(made["initial"]),
+        "drive": plain(made["drive"]),
+        "activation": {**activity, **plain(made["transmural"])},
+        "material": {"model": word(made["material"], MATERIALS), **plain(made["material"])},
+        "mechanics": {
+            "kinematics": word(made["kinematics"], KINEMATICS),
+            **kin,
+            **plain(made["mechanics"]),
+            **pace,
+        },
+        "time": {**plain(made["time"]), "scheme": word(made["scheme"], SCHEMES), **scheme},
+        "probes": plain(made["probes"]),
+        "output": plain(made["output"]),
+        "solver": plain(made["solver"]),
+    }
+    return {**texts, **{name: section for name, section in sections.items() if section}}

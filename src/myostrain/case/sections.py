@@ -1,0 +1,174 @@
+"""What a case file may say: its sections, the words that choose classes, and keys that belong to none."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from myostrain import activation, geometry, kinematics, materials, membranes
+from myostrain.coupling import Implicit, SecondOrder, Staggered
+from myostrain.electrics.potential import Balance, Mass
+from myostrain.mechanics.equilibrium import ImposedStretch
+from myostrain.mechanics.loads import Course
+from myostrain.output.fields import FieldName
+from myostrain.run.simulation import CHECKPOINT_SECONDS
+from myostrain.validation import Flag, NonNegative, Positive, description
+
+GEOMETRIES = {
+    "line": geometry.Line,
+    "rectangle": geometry.Rectangle,
+    "ellipse": geometry.Ellipse,
+    "slab": geometry.Slab,
+    "ventricle": geometry.Ventricle,
+    "biventricle": geometry.Biventricle,
+    "file": geometry.MeshFile,
+    "xdmf": geometry.XdmfFile,
+}
+FIBRES = {
+    "uniform": geometry.UniformFibres,
+    "ellipsoidal": geometry.EllipsoidalFibres,
+    "rule-based": geometry.RuleBasedFibres,
+    "file": geometry.FileFibres,
+}
+KINEMATICS = {
+    "line": kinematics.Line,
+    "plane-stress": kinematics.PlaneStress,
+    "plane-strain": kinematics.PlaneStrain,
+    "solid": kinematics.Solid,
+}
+
+
+def _exported(module: Any, method: str) -> dict[str, Any]:
+    """The descriptions that a folder exports and that have this method, by name."""
+    classes = {name: getattr(module, name) for name in module.__all__}
+    return {name: c for name, c in classes.items() if dataclasses.is_dataclass(c) and hasattr(c, method)}
+
+
+def _lower(classes: Mapping[str, Any]) -> dict[str, Any]:
+    """Classes by their names in lower case, words joined by "-"."""
+    return {re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower(): cls for name, cls in classes.items()}
+
+
+#: Laws of the active strain, and the active stress, which takes the place of one.
+LAWS = _lower(_exported(activation, "gamma")) | {"active-stress": activation.ActiveStress}
+DEFORMATIONS = _lower(_exported(activation, "tensor"))
+CELLS = _exported(membranes, "current")
+MATERIALS = _exported(materials, "energy")
+SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondOrder}
+
+
+@description
+class PotentialSection:
+    """[potential]: diffusivity, one number or [along, across] the fibre; balance."""
+
+    diffusivity: Positive | tuple[Positive, Positive] = 100.0
+    balance: Balance = "conservative"
+    mass: Mass = "lumped"
+
+
+@description
+class TransmuralSection:
+    """[activation] but for the law and the deformation.
+
+    Args:
+        transmural: Factors on γ, or on the active tension, at the endocardium and at the epicardium; between
+            them they are linear in the depth that is the harmonic function of the wall.
+        transmural_between: The parts of the boundary that take the place of endocardium and epicardium.
+    """
+
+    transmural: tuple[NonNegative, NonNegative] | None = None
+    transmural_between: tuple[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse sides of a wall through which nothing varies."""
+        if self.transmural is None and self.transmural_between is not None:
+            raise ValueError("transmural_between has no effect without transmural")
+
+
+@description
+class MechanicsSection:
+    """[mechanics] but for the kinematics and its constraint, and ``every``, which is the scheme's.
+
+    Args:
+        ellipticity: "warn": sample the acoustic tensor of a solid at the written frames, and warn once where
+            the energy is no longer strongly elliptic; "off": do not.
+    """
+
+    robin: NonNegative | Mapping[str, NonNegative] = 0.0
+    robin_boundary: tuple[str, ...] | None = None
+    robin_normal: Mapping[str, NonNegative] | None = None
+    pressure: Mapping[str, Course] | None = None
+    fixed: tuple[str, ...] = ()
+    sliding: tuple[str, ...] = ()
+    relaxation_time: NonNegative = 0.0
+    imposed_stretch: ImposedStretch | None = None
+    tolerance: Positive = 1e-7
+    ellipticity: Literal["off", "warn"] = "off"
+
+
+@description
+class TimeSection:
+    """[time] but for the scheme: time step and end."""
+
+    step: Positive
+    end: Positive
+
+
+@description
+class OutputSection:
+    """[output]: what is written and when.
+
+    Args:
+        every: Simulated time between written fields; a sixtieth of the run unless given.
+        fields: Which fields.
+        rigid_twin: Whether the same case is run on the rigid body too, for comparison.
+        checkpoint_every: Simulated time between checkpoints; none by simulated time unless given.
+        checkpoint_seconds: Seconds of wall clock between checkpoints.
+    """
+
+    every: Positive | None = None
+    fields: tuple[FieldName, ...] = ("potential", "states", "displacement", "stress_trace")
+    rigid_twin: Flag = False
+    checkpoint_every: Positive | None = None
+    checkpoint_seconds: Positive = CHECKPOINT_SECONDS
+
+
+@description
+class UnitsSection:
+    """[units]: in which units the numbers of the case are; for the record and the figures' labels.
+
+    Nothing is converted: the numbers have to fit each other.
+
+    Args:
+        length: Such as "mm".
+        time: Such as "ms".
+        stress: Such as "kPa".
+        potential: Such as "mV".
+    """
+
+    length: str | None = None
+    time: str | None = None
+    stress: str | None = None
+    potential: str | None = None
+
+
+#: Sections of a case file, and whether they must be there.
+SECTIONS = {
+    "units": False,
+    "geometry": True,
+    "fibres": False,
+    "cell": False,
+    "potential": False,
+    "initial": False,  # or [drive]
+    "drive": False,
+    "activation": False,
+    "material": False,
+    "mechanics": True,
+    "time": True,
+    "probes": False,
+    "output": False,
+    "solver": False,
+}
+TEXTS = ("name", "title", "cost")

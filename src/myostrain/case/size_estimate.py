@@ -1,0 +1,190 @@
+"""How large a case is, told from its description before anything is meshed; what cannot fit is refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from myostrain import geometry, kinematics
+from myostrain.errors import InputError
+from myostrain.run.free_space import free_disk, free_memory
+
+GB = 1e9
+
+#: Time steps at most; with more, rounding spoils end/step, and no run comes to its end.
+MAX_STEPS = 1_000_000_000
+
+#: Magnitudes that products and squares of numbers survive.
+SMALLEST, LARGEST = 1e-60, 1e60
+
+#: Bytes that a process takes whatever the mesh: 111 MB after the imports, then kernels and writers.
+BASE = 2e8
+
+#: Bytes a node: c + g · log₂(nodes), where g is the fill of the direct factorization by nested
+#: dissection, about 62 bytes an unknown of the mechanics. Measured, peak resident memory over
+#: that after the imports, one process, three second-order steps with mechanics in each:
+#:   line           10,001 nodes  28 MB,  300,001 nodes  527 MB: 1.72 kB for each more
+#:   plane stress   10,267 nodes  48 MB,  101,017 nodes  448 MB: 4.41 kB
+#:   plane strain    5,167 nodes 116 MB,   30,301 nodes  687 MB: 22.7 kB
+#: Solids, P2–P1 with kept factors, by peaks of whole processes: 2,233 nodes 0.6 GB, 5,400 nodes 1.5 GB,
+#: 15,561 nodes 3.6 GB.
+PER_NODE: dict[Any, tuple[float, float]] = {
+    kinematics.Line: (1_800.0, 0.0),
+    kinematics.PlaneStress: (2_400.0, 124.0),
+    kinematics.PlaneStrain: (14_500.0, 560.0),
+    kinematics.Solid: (20_000.0, 15_000.0),
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large a case is, about; infinite where it is beyond counting.
+
+    Args:
+        cells: Cells of the mesh.
+        nodes: Nodes of the mesh.
+        unknowns: Unknowns of potential, membrane and mechanics.
+        bytes: Memory of all processes together.
+        steps: Time steps.
+        frames: Written frames.
+        output_bytes: What the frames take on the disk.
+    """
+
+    cells: float
+    nodes: float
+    unknowns: float
+    bytes: float
+    steps: float
+    frames: float
+    output_bytes: float
+
+
+def estimate(case: Any) -> Size:
+    """The size of a case, from its description alone."""
+    nodes, cells = _counts(case.geometry)
+    kin, states = case.kinematics, len(case.cell.states)
+    # P2 has a node on each edge too: 2 a node of a line, 4 of a sheet.
+    displacement = kin.dim * (1 if kin.degree == 1 else 2**kin.dim)
+    unknowns = nodes * (1 + states + displacement + kin.has_pressure)
+    steps = max(1.0, case.time.end / case.time.step)
+    every = case.output.every or case.time.end / 60
+    frames = 2 + min(steps, case.time.end / every)
+    width = {"potential": 1, "states": states, "displacement": 3, "stress_trace": 1}
+    # Numbers a node in double precision, for ParaView and for the figures.
+    frame = 16 * nodes * sum(width[name] for name in set(case.output.fields))
+    runs = 2 if case.output.rigid_twin else 1
+    return Size(cells, nodes, unknowns, _bytes(kin, nodes), steps, frames, runs * frames * frame)
+
+
+def _counts(form: Any) -> tuple[float, float]:
+    """Nodes and cells of a geometry; other kinds say them by ``counts()``, or are not checked."""
+    if isinstance(form, geometry.Line):
+        cells = max(1.0, form.length / form.spacing)
+        return cells + 1, cells
+    if isinstance(form, geometry.Rectangle):
+        a, b = (max(1.0, side / form.spacing) for side in form.size)
+        return (a + 1) * (b + 1), 2 * a * b
+    if isinstance(form, geometry.Slab):
+        a, b, c = (max(1.0, side / form.spacing) for side in form.size)
+        return (a + 1) * (b + 1) * (c + 1), 6 * a * b * c
+    if isinstance(form, geometry.Ellipse):
+        a, b = form.size
+        rings = max(2.0, math.sqrt(a) * math.sqrt(b) / 2 / form.spacing)
+        return 1 + 3 * rings * (rings + 1), 6 * rings * rings
+    counted = form.counts() if hasattr(form, "counts") else (0.0, 0.0)
+    return float(counted[0]), float(counted[1])
+
+
+def _bytes(kin: Any, nodes: float) -> float:
+    constant, growth = PER_NODE.get(type(kin), PER_NODE[kinematics.PlaneStrain])
+    return BASE + nodes * (constant + growth * math.log2(max(2.0, nodes)))
+
+
+def check(case: Any, folder: Path | None, comm: Any) -> None:
+    """Refuse what fits neither into memory nor on the disk; the first process looks, all learn the outcome.
+
+    Args:
+        case: The case.
+        folder: Its result folder, or None.
+        comm: MPI communicator.
+
+    Raises:
+        InputError: The message names the key to change, and to what.
+    """
+    problem = _problem(case, folder) if comm.rank == 0 else None
+    problem = comm.bcast(problem, root=0)
+    if problem is not None:
+        raise InputError(*problem)
+
+
+def _problem(case: Any, folder: Path | None) -> tuple[str, str] | None:
+    """What is wrong, and the key to change."""
+    for key, number in _numbers(case.parameters):
+        if key == "geometry.spacing":
+            continue  # is only ever divided by; below, the message says what would fit
+        if math.isfinite(number) and number != 0 and not SMALLEST <= abs(number) <= LARGEST:
+            return f"{number:.3g} is out of all proportion: choose other units, or zero", key
+    size = estimate(case)
+    if size.steps > MAX_STEPS:
+        return (
+            f"gives {size.steps:.2g} steps, more than {MAX_STEPS:.0e}: a step of at least "
+            f"{_up(case.time.end / MAX_STEPS)}, or an earlier time.end"
+        ), "time.step"
+    free = free_memory()
+    if size.bytes > free:
+        what = (
+            f"this gives about {size.nodes:.3g} nodes ({size.cells:.3g} cells) and {size.unknowns:.3g} "
+            f"unknowns, which need {size.bytes / GB:.3g} GB; {free / GB:.3g} GB are free"
+        )
+        return _finer(case, size, what, free)
+    room = math.inf if folder is None else free_disk(folder)
+    if size.output_bytes > room:
+        every = case.time.end * size.output_bytes / size.frames / max(room, 1.0)
+        return (
+            f"gives about {size.frames:.3g} frames of {size.nodes:.3g} nodes, which need "
+            f"{size.output_bytes / GB:.3g} GB on the disk; {room / GB:.3g} GB are free: at least "
+            f"{_up(every)}, or fewer output.fields"
+        ), "output.every"
+    return None
+
+
+def _finer(case: Any, size: Size, what: str, free: float) -> tuple[str, str]:
+    """The message of too fine a mesh, with the finest that would fit."""
+    nodes, each = 0.0, _bytes(case.kinematics, 1e6) / 1e6
+    for _ in range(5):
+        nodes = max(free - BASE, 0.0) / each
+        each = (_bytes(case.kinematics, max(nodes, 1e3)) - BASE) / max(nodes, 1e3)
+    spacing, form = getattr(case.geometry, "spacing", None), case.geometry
+    if spacing is None:
+        return f"{what}: a mesh of at most {nodes:.2g} nodes", "geometry.path"
+    if nodes < 100:
+        return f"{what}: not even a coarse mesh fits", "geometry.spacing"
+    if isinstance(form, geometry.Line):
+        spacing = form.length / nodes
+    elif case.kinematics.dim == 3:  # nodes go like spacing⁻³, near enough
+        spacing *= (size.nodes / nodes) ** (1 / 3)
+    else:
+        share = 0.75 if isinstance(form, geometry.Ellipse) else 1.0
+        spacing = math.sqrt(form.size[0]) * math.sqrt(form.size[1]) * math.sqrt(share / nodes)
+    return f"{what}: at least {_up(spacing)}", "geometry.spacing"
+
+
+def _numbers(value: Any, key: str = "") -> Iterator[tuple[str, float]]:
+    """The numbers of a case with their keys, but for PETSc's options."""
+    if isinstance(value, Mapping):
+        for name, part in value.items():
+            if name != "solver" or key:
+                yield from _numbers(part, f"{key}.{name}" if key else name)
+    elif isinstance(value, list | tuple):
+        for part in value:
+            yield from _numbers(part, key)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield key, float(min(value, 10**300) if isinstance(value, int) else value)
+
+
+def _up(value: float) -> str:
+    """A number with two digits, not smaller."""
+    return f"{1.05 * value:.2g}"

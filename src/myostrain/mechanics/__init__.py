@@ -1,0 +1,6 @@
+"""Equilibrium of the active body: its energy, loads, supports, and the checks of what is given and found."""
+
+from myostrain.mechanics.equilibrium import Mechanics
+from myostrain.mechanics.imposed_stretch import ImposedStretch
+
+__all__ = ["ImposedStretch", "Mechanics"]

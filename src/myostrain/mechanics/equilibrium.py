@@ -1,0 +1,411 @@
+"""Quasi-static equilibrium of the active body: (1.6) with F = Fe Fo, by its stored energy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from myostrain.activation import ActivationLaw, ActiveDeformation, ActiveStress
+from myostrain.engine import compile_form, fem
+from myostrain.errors import ComputationError
+from myostrain.geometry import Body
+from myostrain.history import History, backward_difference
+from myostrain.kinematics import Deformation, Kinematics
+from myostrain.materials import Material
+from myostrain.mechanics.active_body import ActiveBody
+from myostrain.mechanics.checks import check_fit, check_held, check_room
+from myostrain.mechanics.imposed_stretch import ImposedStretch
+from myostrain.mechanics.inversion import Orientation
+from myostrain.mechanics.loads import Course, Loads
+from myostrain.mechanics.supports import RigidMotions, fixed_conditions, sliding_conditions
+from myostrain.solvers.continuation import follow
+from myostrain.solvers.linear import Options, assemble_nodal, largest, owned_dofs
+from myostrain.solvers.newton import ChordNewton
+from myostrain.solvers.timing import timed
+from myostrain.state import FieldState, State
+
+import basix.ufl
+import numpy as np
+import numpy.typing as npt
+import ufl
+
+#: Degree of the quadrature by that of the displacement, as low as keeps the order of the elements: one point
+#: for P1 (the gradient is constant, γ is taken at the centre), degree 3 for P2.
+QUADRATURE_DEGREE = {1: 1, 2: 3}
+
+#: The rule by the cell. On tetrahedra basix's own of degree 3 has a negative weight, −4/5 of the volume at
+#: the centre: the integral of a convex energy is not convex, and Newton's method fails where the stiffness
+#: changes from point to point. That of Xiao and Gimbutas (2010) has one point more, six, of positive weights.
+QUADRATURE_RULE = {"tetrahedron": "xiao_gimbutas"}
+
+
+class Mechanics:
+    """The deforming body: finds the displacement for a given potential.
+
+    The energy of the body is ∫ Jo W(F Fo⁻¹) dX + k/2 ∫ |u|² dS, under J = 1 or det Fe = 1 as ``kinematics``
+    says; stress (3.3) and tangent follow by differentiation. A free body (no support, nothing fixed) is held
+    at as many points as it has rigid motions; the reactions there are zero.
+
+    Args:
+        body: The reference body.
+        kinematics: What the mesh's dimension means in three dimensions.
+        material: Passive material W(Fe).
+        law: Activation law γ(v).
+        deformation: Active deformation Fo(γ).
+        active_stress: A tension along the fibre beside the active strain (β = 0 for alone); None for none.
+        activity: Factor on γ and the tension, a UFL scalar such as :func:`myostrain.geometry.transmural`
+            gives; None for one.
+        activity_max: The largest value of that factor.
+        robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more; one, or by named part of
+            the boundary.
+        robin_boundary: Named parts of the boundary that a single ``robin`` acts on; all of it unless given.
+        robin_normal: Stiffness of supports P N = −k (u·N) N, which let the body slide, by named part.
+        pressure: Follower pressure by named part, positive towards the body: P N = −p J F⁻ᵀ N. A number, or
+            points (time, value) joined by straight lines.
+        fixed: Named parts of the boundary where u = 0.
+        sliding: Named parts, each in a plane across an axis, that slide in it.
+        body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
+        relaxation_time: λ of the Kelvin–Voigt body, (4.14) on a line; zero for an elastic one.
+        imposed_stretch: A stretch that holds the body for an initial time.
+        options: PETSc options of the linear solver.
+        tolerance: Largest error of the displacement from iterating, relative to the body's extent.
+        quadrature_degree: Degree of the quadrature; chosen by the elements unless given.
+
+    Raises:
+        InputError: The parts do not fit together; the message says which.
+
+    Attributes:
+        u: Displacement (with the pressure, where there is one), a DOLFINx function.
+        v: Potential that drives the activation, P1; whoever couples writes it.
+        deformation: F and J of the configuration handed over to the potential.
+        handed: The displacement in ``deformation``; :meth:`hand_over` writes it.
+        seconds: Wall-clock seconds spent in solving.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        *,
+        kinematics: Kinematics,
+        material: Material,
+        law: ActivationLaw,
+        deformation: ActiveDeformation | None = None,
+        active_stress: ActiveStress | None = None,
+        activity: Any = None,
+        activity_max: float = 1.0,
+        robin: float | Mapping[str, float] = 0.0,
+        robin_boundary: Sequence[str] | None = None,
+        robin_normal: Mapping[str, float] | None = None,
+        pressure: Mapping[str, Course] | None = None,
+        fixed: Sequence[str] = (),
+        sliding: Sequence[str] = (),
+        body_force: Any = None,
+        relaxation_time: float = 0.0,
+        imposed_stretch: ImposedStretch | None = None,
+        options: Options | None = None,
+        tolerance: float = 1e-10,
+        quadrature_degree: int | None = None,
+    ) -> None:
+        check_fit(body, kinematics, material, relaxation_time, imposed_stretch)
+        self.body, self.kinematics, self.law = body, kinematics, law
+        self.imposed_stretch, self.activity_max = imposed_stretch, activity_max
+        self.relaxation_time = relaxation_time
+        self.seconds = 0.0
+        mesh = body.mesh
+        mixed = kinematics.has_pressure
+        self._active = active = ActiveBody(
+            body, kinematics, material, law, deformation, relaxation_time, active_stress, activity
+        )
+        degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
+        rule = QUADRATURE_RULE.get(mesh.topology.cell_type.name, "default")
+        metadata = {"quadrature_degree": degree, "quadrature_rule": rule}
+        self._dx = ufl.Measure("dx", domain=mesh, metadata=metadata)
+
+        space = _space(mesh, body.dim, kinematics.degree, mixed)
+        self.u, self.handed = fem.Function(space, name="displacement"), fem.Function(space)
+        self.v = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="potential")
+        self.history, self._past_v = History(self.u, depth=3), History(self.v, depth=2)
+
+        F = active.gradient(self.handed)
+        self._handed_v = fem.Function(self.v.function_space)
+        Jo = ufl.det(active.active(self._handed_v))
+        self.deformation = Deformation(F, kinematics.volume_ratio(F, Jo))
+
+        residual = ufl.derivative(active.energy(self.u, self.v) * self._dx, self.u)
+        self.loads = Loads(
+            body,
+            active,
+            self.u,
+            self.v,
+            kinematics.degree,
+            pressure=pressure,
+            robin=robin,
+            robin_boundary=robin_boundary,
+            robin_normal=robin_normal,
+            body_force=body_force,
+        )
+        residual += self.loads.residual
+        self._past_loads = np.zeros_like(self.loads.at(0.0))
+        self._rates: list[Any] = []
+        self._past: list[tuple[fem.Function, fem.Function]] = []
+        self._rate: Any = None
+        if relaxation_time > 0:
+            self._past = [(fem.Function(space), fem.Function(self.v.function_space)) for _ in range(2)]
+            self._rates = [fem.Constant(mesh, 0.0) for _ in range(3)]
+            self._rate = active.strain_rate(self._rates, [(self.u, self.v), *self._past])
+            residual += active.viscous_power(self._rate, self.u, self.v, ufl.TestFunction(space)) * self._dx
+        conditions = [
+            *fixed_conditions(body, space, fixed, mixed),
+            *sliding_conditions(body, space, sliding, mixed),
+        ]
+        if mixed and not self.loads.supports:
+            check_room(body, [*fixed, *sliding])
+        motions = RigidMotions(body, fixed, sliding, self.loads.supports)
+        check_held(motions, pressure or {}, body_force)
+        conditions += motions.pins(space, mixed)
+        low, high = body.extent()
+        self.size = float(np.linalg.norm(high - low))
+        self._measured = None
+        if mixed:
+            dofs = np.asarray(space.sub(0).collapse()[1], dtype=np.int32)
+            self._measured = dofs[dofs < owned_dofs(space)]
+        self._work = np.zeros_like(self.u.x.array)
+        self.solver = ChordNewton(
+            residual,
+            self.u,
+            conditions,
+            measured=self._measured,
+            tolerance=tolerance * self.size,
+            options=options,
+            saddle_point=mixed,
+            symmetric=self.loads.symmetric,
+            stabilization=active.stabilization(self.u, self.v, self._dx) if mixed else None,
+            depends_on=[
+                self.v,
+                *(f for pair in self._past for f in pair),
+                *self._rates,
+                *self.loads.constants,
+            ],
+        )
+        self._orientation = Orientation(body, active, self.u, self.v)
+        self._nodal_u: fem.Function | None = None
+        test = ufl.TestFunction(self.v.function_space)
+        self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
+        if mixed:
+            stress = active.cauchy_without_pressure(self.u, self.v)
+            mean = sum(stress[i, i] for i in range(body.dim)) / body.dim
+            self._mean_stress = compile_form(mean * test * self._dx)
+        self._stress_trace = compile_form(ufl.tr(self.cauchy()) * test * self._dx)
+
+    def cauchy(self) -> Any:
+        """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), viscous part included, UFL."""
+        return self._active.cauchy(self.u, self.v, self._rate)
+
+    def stress_trace(self) -> npt.NDArray[np.float64]:
+        """Trace of the Cauchy stress at the nodes of ``v`` (mean over the cells around each, lumped)."""
+        return assemble_nodal(self._stress_trace) / self._nodal_weight
+
+    # Solving.
+
+    def held(self, time: float) -> bool:
+        """Whether the imposed stretch holds the body at ``time``."""
+        if self.imposed_stretch is None:
+            return False
+        return np.isinf(self.imposed_stretch.until) or time < self.imposed_stretch.until * (1 - 1e-9)
+
+    @timed
+    def start(self, time: float = 0.0) -> None:
+        """Find the initial configuration for the potential in ``v``.
+
+        An elastic body begins in equilibrium with it (contracted where it is activated), a viscous one
+        relaxed (u = 0), a held one in its imposed stretch.
+
+        Raises:
+            ComputationError: No equilibrium was found; the displacement is what it was.
+        """
+        self.history.clear()
+        self._past_v.clear()
+        former = self.u.x.array.copy()
+        self.u.x.array[:] = 0.0
+        self._past_loads = np.zeros_like(self._past_loads)
+        if self.held(time):
+            self._impose()
+        elif self.relaxation_time > 0:
+            self._set_pressure()
+        else:
+            potential = self.v.x.array.copy()
+            self.v.x.array[:] = 0.0
+            self._set_pressure()  # that of rest: Newton's method goes astray from none, or from another one
+            self.v.x.array[:] = potential
+            try:
+                self._equilibrate(time)
+            except ComputationError:
+                self.u.x.array[:] = former
+                raise
+        self.accept(time)
+        self.hand_over(time)
+
+    @timed
+    def solve(self, time: float, *, predict: bool = True, order: int = 1, held: bool | None = None) -> None:
+        """Find the configuration at ``time`` for the potential in ``v``.
+
+        Args:
+            time: Simulated time.
+            predict: Whether to begin with the extrapolation of the accepted configurations.
+            order: Order of the viscous rate in time, 1 or 2.
+            held: Whether the imposed stretch holds the body; that of ``time`` unless given.
+
+        Raises:
+            ComputationError: No equilibrium was found, or the body is inverted somewhere.
+        """
+        if self.held(time) if held is None else held:
+            self._impose()
+            return
+        if predict and self.history.times:
+            self.history.extrapolate(time, 2, self.u.x.array)
+        if self._past:
+            self._set_rates(time, order)
+        self._equilibrate(time)
+
+    def _equilibrate(self, time: float) -> None:
+        """Solve for ``v`` and the loads at ``time``, in smaller jumps where one is too far."""
+        begin = self.history.values[0] if self.history.values else self.u.x.array.copy()
+        before = self._past_v.values[0] if self._past_v.values else np.zeros_like(self.v.x.array)
+        target, loads_before, loads = self.v.x.array.copy(), self._past_loads, self.loads.at(time)
+
+        def jump(share: float) -> None:
+            self.v.x.array[:] = before + (target - before) * share if share < 1 else target
+            self.loads.put(loads_before + (loads - loads_before) * share)
+            self.solver.solve()
+            self._orientation.check()
+
+        try:
+            jump(1.0)
+        except ComputationError:
+            self.solver.forget()
+            self.u.x.array[:] = begin
+            try:
+                follow(jump, self.u.x.array)
+            except ComputationError:
+                self.v.x.array[:] = target
+                self.loads.put(loads_before)
+                raise
+
+    def _set_rates(self, time: float, order: int) -> None:
+        points = min(order, len(self.history.times))
+        weights = backward_difference([time, *self.history.times[:points]])
+        for constant, weight in zip(self._rates, [*weights, 0.0], strict=False):
+            constant.value = weight
+        for (u, v), u_past, v_past in zip(self._past, self.history.values, self._past_v.values, strict=False):
+            u.x.array[:], v.x.array[:] = u_past, v_past
+
+    def _impose(self) -> None:
+        assert self.imposed_stretch is not None
+        stretch = np.broadcast_to(np.asarray(self.imposed_stretch.value, dtype=float), (self.body.dim,))
+        low, _ = self.body.extent()
+
+        def homogeneous(x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+            return (stretch[:, None] - 1) * (x[: self.body.dim] - low[:, None])
+
+        (self.u.sub(0) if self.kinematics.has_pressure else self.u).interpolate(homogeneous)
+        self._set_pressure()
+
+    def _set_pressure(self) -> None:
+        """At rest nothing determines the pressure: take the one without mean stress in the body."""
+        for constant in self._rates:
+            constant.value = 0.0
+        if self.kinematics.has_pressure:
+            pressure = fem.Function(self.v.function_space)
+            pressure.x.array[:] = assemble_nodal(self._mean_stress) / self._nodal_weight
+            self.u.sub(1).interpolate(pressure)
+
+    def state(self) -> State:
+        """The configuration, its history, the one handed over, and the kept tangent."""
+        return {
+            "fields": [FieldState.of(function) for function in self._stateful()],
+            "history": self.history.state(),
+            "past_v": self._past_v.state(),
+            "solver": self.solver.state(),
+            "loads": self._past_loads.tolist(),
+            "rates": [float(constant.value) for constant in self._rates],
+            "seconds": self.seconds,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self.solver.restore(state["solver"])
+        for function, field in zip(self._stateful(), state["fields"], strict=True):
+            field.put(function)
+        for constant, value in zip(self._rates, state["rates"], strict=True):
+            constant.value = value
+        self._past_loads = np.array(state["loads"])
+        self.loads.put(self._past_loads)
+        self.history.restore(state["history"])
+        self._past_v.restore(state["past_v"])
+        self.seconds = state["seconds"]
+
+    def _stateful(self) -> list[fem.Function]:
+        past = [function for pair in self._past for function in pair]
+        return [self.u, self.v, self.handed, self._handed_v, *past]
+
+    def accept(self, time: float) -> None:
+        """Take the present configuration as the one at ``time``."""
+        self._past_loads = self.loads.at(time)
+        self.history.push(time)
+        self._past_v.push(time)
+
+    def release(self) -> None:
+        """Forget the past configurations: the body was just let go, and they say nothing of what comes."""
+        self.history.clear()
+        self._past_v.clear()
+        self.solver.forget()
+
+    def hand_over(self, time: float, order: int = 0) -> None:
+        """Write the configuration at ``time`` into ``handed``, extrapolated from the accepted ones.
+
+        Args:
+            time: Simulated time.
+            order: Order of the polynomial; 0 hands over the last accepted configuration.
+        """
+        self.history.extrapolate(time, order, self.handed.x.array)
+        self._past_v.extrapolate(time, order, self._handed_v.x.array)
+
+    def lag(self, time: float, order: int) -> float:
+        """Largest difference between the displacement found for ``time`` and the one handed over for it.
+
+        The error that the potential sees because the body is extrapolated, in units of length; call it
+        between :meth:`solve` and :meth:`accept`.
+
+        Args:
+            time: Simulated time of the present configuration.
+            order: Order of the extrapolation, as in :meth:`hand_over`.
+        """
+        self.history.extrapolate(time, order, self._work)
+        difference = self.u.x.array - self._work
+        dofs = slice(0, owned_dofs(self.u.function_space)) if self._measured is None else self._measured
+        return largest(difference[dofs], self.body.comm)
+
+    def hand_over_present(self) -> None:
+        """Write the present configuration, accepted or not, into ``handed``."""
+        self.handed.x.array[:] = self.u.x.array
+        self._handed_v.x.array[:] = self.v.x.array
+
+    def displacement(self) -> fem.Function:
+        """The displacement at the mesh's nodes, a P1 vector function."""
+        if self.kinematics.degree == 1:
+            return self.u
+        if self._nodal_u is None:
+            space = fem.functionspace(self.body.mesh, ("Lagrange", 1, (self.body.dim,)))
+            self._nodal_u = fem.Function(space, name="displacement")
+        self._nodal_u.interpolate(self.u.sub(0) if self.kinematics.has_pressure else self.u)
+        return self._nodal_u
+
+
+def _space(mesh: Any, dim: int, degree: int, mixed: bool) -> fem.FunctionSpace:
+    cell = mesh.basix_cell()
+    displacement = basix.ufl.element("Lagrange", cell, degree, shape=(dim,))
+    if not mixed:
+        return fem.functionspace(mesh, displacement)
+    return fem.functionspace(
+        mesh, basix.ufl.mixed_element([displacement, basix.ufl.element("Lagrange", cell, 1)])
+    )

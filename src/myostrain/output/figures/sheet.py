@@ -1,0 +1,228 @@
+"""Pictures of a sheet: potential and stress on the deformed body (the paper's figure 3), isochrones, film."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from myostrain.output.figures.data import Recording
+from myostrain.output.figures.style import (
+    DIVERGING,
+    DPI,
+    GREY,
+    SEQUENTIAL,
+    at_time,
+    extend,
+    new_figure,
+    plain,
+    potential_range,
+    save,
+    symmetric_range,
+    writing,
+)
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
+from PIL import Image
+
+Array = npt.NDArray[np.float64]
+
+#: Of the film: most frames, dots per inch, milliseconds a frame and of the last.
+FRAMES, FILM_DPI, PACE, REST = 60, 100, 80, 1500
+
+
+def boundary_edges(cells: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Edges of a triangle mesh that belong to one triangle only.
+
+    Args:
+        cells: Node numbers (m, 3).
+
+    Returns:
+        Node numbers (k, 2) of the edges, each with the smaller number first.
+    """
+    edges = np.sort(cells[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    unique, count = np.unique(edges, axis=0, return_counts=True)
+    return unique[count == 1]
+
+
+def isochrone_levels(times: Array, count: int = 12) -> Array:
+    """Round times, evenly spaced, that enclose all given ones.
+
+    Args:
+        times: Activation times, NaN for never.
+        count: At most so many intervals.
+
+    Returns:
+        At least two levels, ascending; none where nothing was activated, or all at once.
+    """
+    if np.isnan(times).all() or np.nanmin(times) == np.nanmax(times):
+        return np.empty(0)
+    locator = MaxNLocator(count, steps=[1, 2, 2.5, 5, 10])
+    return np.asarray(locator.tick_values(np.nanmin(times), np.nanmax(times)))
+
+
+def film_frames(count: int, most: int = FRAMES) -> list[int]:
+    """At most so many of ``count`` frames, as evenly spaced as can be, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int)).tolist()
+
+
+def draw_sheet(recording: Recording, folder: Path) -> list[Path]:
+    """Draw ``potential.png``, ``stress.png``, ``activation.png`` and ``animation.gif`` of a sheet.
+
+    Args:
+        recording: The run, with at least one frame.
+        folder: Where the pictures go.
+
+    Returns:
+        The files written: those for which the fields were recorded.
+    """
+    written = []
+    if recording.has("potential"):
+        v = recording.field("potential")
+        colours = {"cmap": SEQUENTIAL, "norm": Normalize(*potential_range(v))}
+        label = recording.label("potential $v$", "potential")
+        written.append(_still(recording, v, label, colours, folder / "potential.png"))
+    if recording.has("stress_trace"):
+        trace = recording.field("stress_trace")
+        colours = {"cmap": DIVERGING, "norm": Normalize(*symmetric_range(trace))}
+        label = recording.label("trace of the Cauchy stress", "stress")
+        written.append(_still(recording, trace, label, colours, folder / "stress.png"))
+    times = recording.activation()
+    if times is not None and len(isochrone_levels(times)):
+        written.append(_activation(recording, times, folder / "activation.png"))
+    if recording.has("potential") and len(recording.time) > 1:
+        written.append(_film(recording, folder / "animation.gif"))
+    return written
+
+
+def _page(recording: Recording, places: Array, *, deformed: bool, dpi: int = DPI) -> tuple[Figure, Any]:
+    """A figure whose one panel has equal axes and fits the places (n, 2)."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    low, high = low - 0.04 * (high - low).max(), high + 0.04 * (high - low).max()
+    width, height = np.maximum(5.4 * (high - low) / (high - low).max(), 1.2)
+    # More for title, labels and colour bar, which is below a wide body.
+    width, height = (width + 1.9, height + 1.2) if width < 1.5 * height else (width + 1.4, height + 2.2)
+    figure = new_figure(width, height, recording.title, compress=True, dpi=dpi)
+    panel = figure.add_subplot(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    x, y = ("x", "y") if deformed else ("X", "Y")
+    panel.set(xlabel=recording.label(f"${x}$", "length"), ylabel=recording.label(f"${y}$", "length"))
+    return figure, panel
+
+
+def _outline(points: Array, edges: npt.NDArray[np.int64], colour: str, zorder: float = 3) -> LineCollection:
+    return LineCollection(list(points[edges]), colors=colour, linewidths=0.8, capstyle="round", zorder=zorder)
+
+
+def _bar(figure: Figure, panel: Any, mappable: Any, label: str, **options: Any) -> None:
+    wide = np.ptp(panel.get_xlim()) > 1.5 * np.ptp(panel.get_ylim())
+    place: dict[str, Any] = (
+        {"location": "bottom", "aspect": 30} if wide else {"location": "right", "pad": 0.03}
+    )
+    bar = figure.colorbar(mappable, ax=panel, shrink=0.8, **place, **options)
+    bar.set_label(label)
+    bar.outline.set_visible(False)
+
+
+def _still(recording: Recording, values: Array, label: str, colours: dict[str, Any], path: Path) -> Path:
+    """Nodal values on the deformed body at the last frame, with the outline of the reference body."""
+    x, edges = recording.deformed(), boundary_edges(recording.cells)
+    figure, panel = _page(recording, np.concatenate([recording.points, x]), deformed=True)
+    if recording.has("displacement"):
+        panel.add_collection(_outline(recording.points, edges, GREY, zorder=1))
+    image = panel.tripcolor(
+        Triangulation(*x.T, recording.cells), values, shading="gouraud", zorder=2, **colours
+    )
+    panel.add_collection(_outline(x, edges, "black"))
+    panel.set_title(at_time(recording.time[-1]))
+    _bar(figure, panel, image, label, extend=extend(colours["norm"], values))
+    return save(figure, path)
+
+
+def _activation(recording: Recording, times: Array, path: Path) -> Path:
+    """Isochrones on the reference body, and the probes."""
+    X, cells = recording.points, recording.cells
+    never = np.isnan(times)
+    levels = isochrone_levels(times)
+    figure, panel = _page(recording, X, deformed=False)
+    panel.tripcolor(
+        Triangulation(*X.T, cells), np.zeros(len(X)), cmap=ListedColormap(["#e4e4e4"]), shading="gouraud"
+    )
+    body = Triangulation(*X.T, cells, mask=never[cells].any(axis=1))
+    known = np.where(never, 0.0, times)
+    image = panel.tricontourf(body, known, levels=levels, cmap=SEQUENTIAL)
+    panel.tricontour(body, known, levels=levels, colors="white", linewidths=0.6)
+    panel.add_collection(_outline(X, boundary_edges(cells), "black"))
+    _bar(figure, panel, image, recording.label("activation time", "time"))
+    halo = [withStroke(linewidth=2.5, foreground="white")]
+    for name, place in recording.probes.items():
+        panel.plot(*place, "o", color="white", markeredgecolor="black", markersize=5, zorder=4)
+        panel.annotate(
+            plain(name), place, (5, 4), textcoords="offset points", fontsize=9, path_effects=halo, zorder=5
+        )
+    if never.any():
+        panel.legend(
+            handles=[Patch(color="#e4e4e4", label="not activated")], loc="lower left", bbox_to_anchor=(0, 1)
+        )
+    return save(figure, path)
+
+
+def _film(recording: Recording, path: Path) -> Path:
+    """v on the deformed body over time.
+
+    All that stands still is drawn once; a frame costs the triangles and one look-up in a fixed palette.
+    """
+    frames = film_frames(len(recording.time))
+    places, extremes = [recording.points], []
+    for frame in frames:
+        x = recording.deformed(frame)
+        places.append(np.array([x.min(axis=0), x.max(axis=0)]))
+        v = recording.field("potential", frame)
+        extremes += [np.nanmin(v), np.nanmax(v)]
+    norm = Normalize(*potential_range(np.array(extremes)))
+    figure, panel = _page(recording, np.concatenate(places), deformed=True, dpi=FILM_DPI)
+    edges = boundary_edges(recording.cells)
+    if recording.has("displacement"):
+        panel.add_collection(_outline(recording.points, edges, GREY, zorder=1))
+    label = recording.label("potential $v$", "potential")
+    _bar(figure, panel, ScalarMappable(norm, SEQUENTIAL), label, extend=extend(norm, np.array(extremes)))
+    clock = panel.set_title(at_time(recording.time[-1]), animated=True)
+    canvas: Any = figure.canvas
+    canvas.draw()
+    still = canvas.copy_from_bbox(figure.bbox)
+    palette, images = _palette(), []
+    for frame in frames:
+        canvas.restore_region(still)
+        x = recording.deformed(frame)
+        triangles = Triangulation(*x.T, recording.cells)
+        body = panel.tripcolor(
+            triangles, recording.field("potential", frame), shading="gouraud", norm=norm, cmap=SEQUENTIAL
+        )
+        outline = panel.add_collection(_outline(x, edges, "black"), autolim=False)
+        clock.set_text(at_time(recording.time[frame]))
+        for artist in (body, outline, clock):
+            panel.draw_artist(artist)
+        body.remove()
+        outline.remove()
+        whole = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+        images.append(whole.quantize(palette=palette, dither=Image.Dither.NONE))
+    pace = [PACE] * (len(images) - 1) + [REST]
+    with writing(path):
+        images[0].save(path, save_all=True, append_images=images[1:], duration=pace, loop=0, optimize=False)
+    return path
+
+
+def _palette() -> Image.Image:
+    """The colours of a film: the map's and greys, so that no frame chooses its own and nothing flickers."""
+    colours = ScalarMappable(Normalize(0, 1), SEQUENTIAL).to_rgba(np.linspace(0, 1, 232), bytes=True)[:, :3]
+    greys = np.repeat(np.linspace(0, 255, 24).round().astype(np.uint8)[:, None], 3, axis=1)
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(np.concatenate([colours, greys]).tobytes())
+    return palette

@@ -1,0 +1,209 @@
+"""Checkpoints: a state in one file, whole or not at all, for any number of processes."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from myostrain.engine import fem, lasting
+from myostrain.errors import InputError
+from myostrain.output.folder import on_first, write_atomically
+from myostrain.output.ordering import Ordering
+from myostrain.state import FieldState, State
+
+import numpy as np
+
+#: First line of every checkpoint: what it is, and the version of its format.
+FORMAT = "myostrain checkpoint 1"
+
+#: How many are kept.
+KEPT = 2
+
+
+class Checkpoints:
+    """The checkpoints of a run, in the folder ``checkpoint`` of its result folder.
+
+    A file holds a line with the format's version, a line with the SHA-256 of that one and of what follows,
+    and a NumPy archive of the state's arrays, in an order that does not depend on the processes, and of the
+    rest as JSON.
+
+    Args:
+        folder: The result folder.
+        spaces: Function spaces of the state's fields.
+    """
+
+    def __init__(self, folder: Path, spaces: Iterable[fem.FunctionSpace]) -> None:
+        self.folder = folder / "checkpoint"
+        self._spaces = {_label(space): space for space in spaces}
+        self._orderings: dict[str, Ordering] = {}
+        self._comm = lasting(next(iter(self._spaces.values())).mesh.comm)
+        self._mesh: str | None = None
+
+    def write(self, step: int, state: State) -> None:
+        """Write a checkpoint after so many steps, and remove all but the last two (collective).
+
+        Raises:
+            ComputationError: It cannot be written, as on a full disk; what was there is untouched.
+        """
+        arrays: dict[str, Any] = {}
+        tree = self._packed({**state, "mesh": self._mesh_digest()}, arrays)
+
+        path = self.folder / f"step-{step:09d}.ckpt"
+
+        def save() -> None:
+            content = io.BytesIO()
+            text = json.dumps(tree).encode()
+            np.savez(content, state=np.frombuffer(text, dtype=np.uint8), **arrays)
+            payload = content.getbuffer()
+            self.folder.mkdir(exist_ok=True)
+            header = f"{FORMAT}\n{_digest(FORMAT, payload)}\n".encode()
+            write_atomically(path, header, payload)
+            _sync_folder(self.folder)
+            for old in self.files()[KEPT:]:
+                old.unlink(missing_ok=True)
+
+        on_first(self._comm, save, path)
+
+    def files(self) -> list[Path]:
+        """The checkpoints that are there, newest first."""
+        return sorted(self.folder.glob("step-*.ckpt"), reverse=True)
+
+    def latest(self) -> tuple[State | None, list[str]]:
+        """The newest undamaged state, None if there is no checkpoint; and what was wrong with newer ones.
+
+        Raises:
+            InputError: All are damaged, of a newer format, or of another mesh.
+        """
+        found: Any = (None, {}, [])
+        problem = None
+        if self._comm.rank == 0:
+            try:
+                found = self._newest()
+            except InputError as error:
+                problem = str(error)
+        problem = self._comm.bcast(problem, root=0)
+        if problem is not None:
+            raise InputError(problem)
+        tree, arrays, damages = self._comm.bcast(found, root=0)
+        if tree is None:
+            return None, damages
+        if tree.pop("mesh") != self._mesh_digest():
+            raise InputError(
+                "the mesh is not that of the checkpoint: its file was changed; put it back, or run anew",
+                "geometry",
+            )
+        return self._unpacked(tree, arrays), damages
+
+    def _newest(self) -> tuple[Any, dict[str, Any], list[str]]:
+        damages: list[str] = []
+        files = self.files()
+        for path in files:
+            try:
+                tree, arrays = _load(path)
+            except OSError as error:
+                damages.append(f"{path} cannot be read: {error.strerror or error}")
+            except _Damage as error:
+                damages.append(f"{path} is damaged: {error}")
+            else:
+                return tree, arrays, damages
+        if damages:
+            raise InputError(
+                f"no checkpoint can be used: {'; '.join(damages)}. Run the case anew into another folder: "
+                f"`myostrain run {self.folder.parent / 'case.toml'} --out DIR`",
+                "--resume",
+            )
+        return None, {}, []
+
+    def _ordering(self, label: str) -> Ordering:
+        if label not in self._orderings:
+            self._orderings[label] = Ordering(self._spaces[label])
+        return self._orderings[label]
+
+    def _mesh_digest(self) -> str:
+        """A digest of the mesh's nodes as they were given (collective)."""
+        if self._mesh is None:
+            geometry = next(iter(self._spaces.values())).mesh.geometry
+            owned = geometry.index_map().size_local
+            parts = self._comm.gather((geometry.input_global_indices[:owned], geometry.x[:owned]), root=0)
+            digest = ""
+            if parts is not None:
+                order = np.argsort(np.concatenate([numbers for numbers, _ in parts]))
+                nodes = np.concatenate([x for _, x in parts])[order]
+                digest = hashlib.sha256(nodes.tobytes()).hexdigest()
+            self._mesh = str(self._comm.bcast(digest, root=0))
+        return self._mesh
+
+    def _packed(self, value: Any, arrays: dict[str, Any]) -> Any:
+        """A tree for JSON; its arrays go into ``arrays``, equal ones once (collective)."""
+        if isinstance(value, FieldState):
+            label = _label(value.space)
+            whole = self._ordering(label).gather(value.values)
+            name = ""
+            if whole is not None:
+                name = hashlib.blake2b(whole.tobytes(), digest_size=16).hexdigest()
+                arrays[name] = whole
+            return {"field": label, "array": name}
+        if isinstance(value, dict):
+            return {key: self._packed(entry, arrays) for key, entry in value.items()}
+        if isinstance(value, list | tuple):
+            return [self._packed(entry, arrays) for entry in value]
+        return value
+
+    def _unpacked(self, value: Any, arrays: dict[str, Any]) -> Any:
+        if isinstance(value, dict) and value.keys() == {"field", "array"}:
+            label = value["field"]
+            if label not in self._spaces:
+                raise InputError("the checkpoint is that of another case; run anew", "--resume")
+            return FieldState(self._spaces[label], self._ordering(label).take(arrays[value["array"]]))
+        if isinstance(value, dict):
+            return {key: self._unpacked(entry, arrays) for key, entry in value.items()}
+        if isinstance(value, list):
+            return [self._unpacked(entry, arrays) for entry in value]
+        return value
+
+
+class _Damage(Exception):
+    """What is wrong with a checkpoint."""
+
+
+def _load(path: Path) -> tuple[Any, dict[str, Any]]:
+    with path.open("rb") as stream:
+        version, digest = stream.readline(200), stream.readline(200).strip()
+        payload = stream.read()
+    if not version.startswith(b"myostrain checkpoint "):
+        raise _Damage("it does not begin as a checkpoint does")
+    named = version.decode(errors="replace").rstrip("\n")
+    if _digest(named, payload).encode() != digest:
+        raise _Damage("its checksum is wrong")
+    if named != FORMAT:
+        raise InputError(
+            f"{path} has the format {named!r}, this program reads {FORMAT!r}; resume with the version that "
+            "wrote it",
+            "--resume",
+        )
+    with np.load(io.BytesIO(payload), allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    return json.loads(arrays.pop("state").tobytes()), arrays
+
+
+def _digest(version: str, payload: Any) -> str:
+    digest = hashlib.sha256(version.encode())
+    digest.update(payload)
+    return digest.hexdigest()
+
+
+def _label(space: fem.FunctionSpace) -> str:
+    return str(space.ufl_element())
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,388 @@
+"""Run control: clock, schedules, writers, stopping. It knows no physics."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, Protocol, get_args
+
+from myostrain.coupling import Electromechanics
+from myostrain.engine import MPI, lasting, versions
+from myostrain.errors import ComputationError, InputError, Interrupted, nearest
+from myostrain.output import results as summary
+from myostrain.output.fields import FieldName, FieldWriter
+from myostrain.output.folder import on_first, prepare, write_json
+from myostrain.output.probes import ActivationTimes, Probes
+from myostrain.output.table import MeasureTable, ProbeTable
+from myostrain.run.checkpoint import Checkpoints
+from myostrain.run.interrupts import Interrupts
+from myostrain.run.retries import Recovery, check_finite
+from myostrain.state import State
+
+log = logging.getLogger("myostrain")
+
+#: Seconds of wall clock between checkpoints, unless given.
+CHECKPOINT_SECONDS = 10.0
+
+
+class Progress(Protocol):
+    """What is told how far a run is."""
+
+    def update(self, step: int, time: float) -> None:
+        """``step`` steps are done, the simulated time is ``time``."""
+        ...
+
+
+class Schedule:
+    """Every so many steps, and at the last one.
+
+    Args:
+        interval: Simulated time between two; None for never but at the last step.
+        step: Time step.
+        last: Number of the last step.
+    """
+
+    def __init__(self, interval: float | None, step: float, last: int) -> None:
+        self.every = last if interval is None else max(1, round(interval / step))
+        self._last = last
+
+    def due(self, step: int) -> bool:
+        """Whether it is time after so many steps."""
+        return step % self.every == 0 or step == self._last
+
+
+class Simulation:
+    """Steps a model from time 0 to ``end``, observes it and writes a result folder.
+
+    With a result folder a run survives: it writes checkpoints, ends between two steps when SIGINT or SIGTERM
+    comes, and a later one goes on from there (``resume``).
+
+    Args:
+        model: The coupled problem; its potential holds the initial values.
+        step: Time step; made a little smaller where it does not divide ``end``.
+        end: Simulated time at which to stop.
+        out: Result folder; None writes nothing.
+        probes: Material points by name, at which activation times are taken and values recorded.
+        every: Simulated time between written fields; None for a sixtieth of the run.
+        fields: Which fields to write.
+        ellipticity: "warn" looks for a loss of ellipticity of a solid where it is measured.
+        checkpoint_every: Simulated time between checkpoints; None for none by simulated time.
+        checkpoint_seconds: Seconds of wall clock between checkpoints, longer where one takes over a fiftieth
+            of that; infinity for none by the clock.
+        force: Whether results of an earlier run in ``out`` may be removed.
+        resume: Whether to go on from the last checkpoint in ``out``; from time 0 if there is none.
+        case: What ran, for the record: name and parameters.
+        setup_seconds: Seconds that building the model took, for the record.
+
+    Raises:
+        InputError: A step, an end or an interval that is not positive, a probe outside the body, or a
+            folder that holds something already, or is in use.
+    """
+
+    def __init__(
+        self,
+        model: Electromechanics,
+        *,
+        step: float,
+        end: float,
+        out: str | Path | None = None,
+        probes: Mapping[str, Sequence[float]] | None = None,
+        every: float | None = None,
+        fields: Sequence[FieldName] = ("potential", "states", "displacement", "stress_trace"),
+        ellipticity: Literal["off", "warn"] = "off",
+        checkpoint_every: float | None = None,
+        checkpoint_seconds: float = CHECKPOINT_SECONDS,
+        force: bool = False,
+        resume: bool = False,
+        case: Mapping[str, Any] | None = None,
+        setup_seconds: float = 0.0,
+    ) -> None:
+        for key, value in (
+            ("time.step", step),
+            ("time.end", end),
+            ("output.every", 1.0 if every is None else every),
+            ("output.checkpoint_every", 1.0 if checkpoint_every is None else checkpoint_every),
+        ):
+            if not (value > 0 and math.isfinite(value)):
+                raise InputError(f"{value} is no time: give a positive number", key)
+        if not checkpoint_seconds > 0:
+            raise InputError(f"{checkpoint_seconds}: give a positive number", "output.checkpoint_seconds")
+        for name in fields:
+            if name not in (known := get_args(FieldName)):
+                raise InputError(f"no such field; {nearest(name, known)}", "output.fields")
+        if step > end:
+            raise InputError(f"{step} is longer than the whole run, time.end = {end}", "time.step")
+        self.model, self.end = model, end
+        self.steps = max(1, math.ceil(end / step - 1e-9))
+        self.step = end / self.steps
+        self._case = dict(case or {"name": "script", "parameters": {}})
+        self._setup = setup_seconds
+        self._comm = lasting(model.potential.body.comm)
+        self.probes = Probes(model.potential.v.function_space, probes or {})
+        self.out = None if out is None else Path(out)
+        self._lock = None
+        if self.out is not None:
+            self._lock = prepare(self.out, force=force, resume=resume, comm=self._comm)
+        self._resume = resume and out is not None
+        self._fields, self._ellipticity = tuple(fields), ellipticity == "warn"
+        self._fields_due = Schedule(end / 60 if every is None else every, self.step, self.steps)
+        self._probes_due = Schedule(end / 1000, self.step, self.steps)
+        self._checkpoints_due = Schedule(checkpoint_every, self.step, self.steps)
+        self._clock = _CheckpointClock(checkpoint_seconds)
+
+    def close(self) -> None:
+        """Give the result folder back; :meth:`run` does so at its end."""
+        if self._lock is not None:
+            self._lock.release()
+
+    def run(
+        self, progress: Progress | None = None, finish: Callable[[dict[str, Any]], None] | None = None
+    ) -> dict[str, Any]:
+        """Run to the end; returns what ``results.json`` holds.
+
+        Args:
+            progress: Is told how far the run is.
+            finish: Is given the results before they are written, to add to them.
+
+        Raises:
+            ComputationError: A solver failed whatever was tried, a value became NaN, or a file cannot be
+                written. What was computed stays in the folder, with ``failure.json`` in place of
+                ``results.json``, and a checkpoint of the last good state.
+            Interrupted: SIGINT or SIGTERM came; a checkpoint was written.
+            InputError: There are checkpoints to resume from, but none can be used.
+        """
+        try:
+            with Interrupts(active=self.out is not None) as interrupts:
+                return self._run(progress, finish, interrupts)
+        finally:
+            self.close()
+
+    def _run(self, progress: Progress | None, finish: Any, interrupts: Interrupts) -> dict[str, Any]:
+        begin = time.perf_counter()
+        model, out = self.model, self.out
+        self._output_seconds = self._checkpoint_seconds = 0.0
+        recovery = Recovery(model)
+        checkpoints = None if out is None else Checkpoints(out, _spaces(model))
+        saved = self._saved(checkpoints)
+        activation = ActivationTimes(model.potential.v, self.probes)
+        if saved is None:
+            try:
+                recovery.start()
+            except ComputationError as error:
+                raise self._failed(error, None, {}) from error
+            activation.start()
+        else:
+            model.restore(saved["model"])
+            activation.restore(saved["activation"])
+            recovery.retries = saved["retries"]
+        setup = time.perf_counter() - begin + self._setup
+        before = 0.0 if saved is None else saved["seconds"]  # spent before this process began
+        first = model.steps
+
+        def state() -> State:
+            return {
+                "case": self._case["parameters"],
+                "versions": versions(),
+                "step": self.step,
+                "model": model.state(),
+                "activation": activation.state(),
+                "retries": recovery.retries,
+                "table": rows.size(),
+                "measures": measures.state(),
+                "seconds": before + time.perf_counter() - begin + self._setup,
+            }
+
+        rows = ProbeTable(model, self.probes, out, None if saved is None else saved["table"])
+        measures = MeasureTable(
+            model,
+            out,
+            ellipticity=self._ellipticity,
+            saved=None if saved is None else saved.get("measures"),
+        )
+        writer = None
+        orderly = False  # whether all processes come to the end together
+        try:
+            if out is not None and self._fields:
+                writer = FieldWriter(model, out, self._fields)
+                writer.truncate(first if saved is not None else -1)
+            if saved is None:
+                self._write(writer, rows, measures, 0)
+            for number in range(first + 1, self.steps + 1):
+                start = model.time
+                recovery.step(number * self.step)
+                activation.observe(start, model.time)
+                self._write(writer, rows, measures, number)
+                if progress is not None:
+                    progress.update(number, model.time)
+                self._pause(number, checkpoints, state, interrupts)
+            orderly = True
+            if writer is not None:
+                writer.close(activation.nodes)
+        except ComputationError as error:
+            failure = self._failed(error, checkpoints, state)
+            if writer is not None and not orderly:
+                writer.close(None)
+            raise failure from error
+        except Interrupted:
+            if writer is not None:
+                writer.close(None)
+            raise
+        finally:
+            rows.close()
+            measures.close()
+        self.activation_times = activation.nodes
+        total = before + time.perf_counter() - begin + self._setup
+        results = self._results(activation.at_probes(), setup, total, recovery.retries)
+        results["metrics"] |= measures.metrics()
+        if finish is not None:
+            finish(results)
+        if out is not None:
+            try:
+                on_first(self._comm, lambda: write_json(out / "results.json", results), out / "results.json")
+            except ComputationError as error:
+                raise self._failed(error, None, state) from error
+        return results
+
+    def _saved(self, checkpoints: Checkpoints | None) -> State | None:
+        """The state to go on from, None to begin at time 0."""
+        if checkpoints is None or not self._resume:
+            return None
+        saved, damages = checkpoints.latest()
+        for damage in damages:
+            log.warning("%s; taking the one before it", damage)
+        if saved is None:
+            log.warning("no checkpoint in %s: beginning at time 0", self.out)
+            return None
+        if saved["case"] != json.loads(json.dumps(self._case["parameters"])) or saved["step"] != self.step:
+            raise InputError(
+                "the case is not that of the checkpoint: case.toml was changed since; put it back, or run "
+                "anew into another folder",
+                "--resume",
+            )
+        log.info("resumed at t = %.6g, step %d", saved["model"]["time"], saved["model"]["steps"])
+        return saved
+
+    def _pause(
+        self, number: int, checkpoints: Checkpoints | None, state: Any, interrupts: Interrupts
+    ) -> None:
+        """After a step: write a checkpoint where one is due, stop where a signal came."""
+        if checkpoints is None:
+            return
+        noted, clock = interrupts.noted, self._clock.due()
+        if self._comm.size > 1:
+            clock = self._comm.bcast(clock, root=0)
+            noted = self._comm.allreduce(noted, op=MPI.MAX)
+        if noted or clock or self._checkpoints_due.due(number):
+            begin = time.perf_counter()
+            checkpoints.write(number, state())
+            self._checkpoint_seconds += (spent := time.perf_counter() - begin)
+            self._clock.written(spent)
+        if noted and number < self.steps:
+            log.warning("signal %d: stopped at t = %.6g after a checkpoint", noted, self.model.time)
+            raise Interrupted(noted, self.model.time)
+
+    def _failed(
+        self, error: ComputationError, checkpoints: Checkpoints | None, state: Any
+    ) -> ComputationError:
+        """Leave what helps to go on: a checkpoint of the last good state, and ``failure.json``."""
+        failure = error if error.time is not None else error.at(self.model.time)
+        log.error("%s", failure)
+        if self.out is None:
+            return failure
+        with contextlib.suppress(ComputationError):
+            if checkpoints is not None:
+                check_finite(self.model)
+                checkpoints.write(self.model.steps, state())
+        if self._comm.rank == 0:
+            record = {key: getattr(failure, key) for key in ("time", "reason", "where", "advice")}
+            with contextlib.suppress(OSError):
+                write_json(self.out / "failure.json", record)
+        return failure
+
+    def _write(
+        self, writer: FieldWriter | None, rows: ProbeTable, measures: MeasureTable, number: int
+    ) -> None:
+        begin = time.perf_counter()
+        if self._fields_due.due(number):
+            if writer is not None:
+                writer.write(number, self.model.time)
+            measures.add()
+        if self._probes_due.due(number):
+            rows.add()
+        self._output_seconds += time.perf_counter() - begin
+
+    def _results(
+        self,
+        activation: dict[str, float | None],
+        setup: float,
+        total: float,
+        retries: list[dict[str, Any]],
+    ) -> dict[str, Any]:
+        model = self.model
+        mechanics = model.mechanics.seconds if model.mechanics is not None else 0.0
+        positions = dict(zip(self.probes.names, self.probes.positions.tolist(), strict=True))
+        return {
+            "case": self._case["name"],
+            "completed": True,
+            "time": model.time,
+            "steps": model.steps,
+            "step": self.step,
+            "processes": model.potential.body.comm.size,
+            "scheme": {
+                "name": type(model.scheme).__name__,
+                **vars(model.scheme),
+                "order": model.scheme.order,
+            },
+            "tolerances": summary.tolerances(model),
+            "metrics": summary.metrics(model, self.probes, activation),
+            "probes": {
+                name: {"position": positions[name], "activation_time": activation[name]}
+                for name in self.probes.names
+            },
+            "solver": summary.solver_counts(model),
+            "seconds": {
+                "total": total,
+                "setup": setup,
+                "potential": model.potential.seconds,
+                "mechanics": mechanics,
+                "output": self._output_seconds,
+                "checkpoints": self._checkpoint_seconds,
+            },
+            "retries": retries,
+            "cells": model.potential.body.cells,
+            "unknowns": summary.unknowns(model),
+            "parameters": self._case["parameters"],
+            "versions": versions(),
+        }
+
+
+class _CheckpointClock:
+    """Says when a checkpoint is due by the wall clock.
+
+    Args:
+        seconds: Between two; longer where a checkpoint takes over a fiftieth of that.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = self._interval = seconds
+        self._last = time.monotonic()
+
+    def due(self) -> bool:
+        return time.monotonic() - self._last >= self._interval
+
+    def written(self, cost: float) -> None:
+        self._interval = max(self._seconds, 50 * cost)
+        self._last = time.monotonic()
+
+
+def _spaces(model: Electromechanics) -> list[Any]:
+    """Function spaces of what a model's state holds."""
+    spaces = [model.potential.v.function_space]
+    if model.mechanics is not None:
+        spaces.append(model.mechanics.u.function_space)
+    return spaces

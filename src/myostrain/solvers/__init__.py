@@ -1,0 +1,1 @@
+"""Solvers: linear, chord Newton, Anderson, saddle points, continuation. They know no physics."""

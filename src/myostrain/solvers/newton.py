@@ -1,0 +1,341 @@
+"""Newton's method with a kept tangent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from myostrain.engine import PETSc, compile_form, fem, lasting
+from myostrain.errors import ComputationError
+from myostrain.solvers import saddle_point as saddle_point_solver
+from myostrain.solvers.anderson import Anderson
+from myostrain.solvers.linear import (
+    Counters,
+    Options,
+    direct,
+    global_dofs,
+    largest,
+    last_resort,
+    make_ksp,
+    owned_dofs,
+    place_of_largest,
+    reason,
+)
+from myostrain.state import FieldState, State
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx.fem import petsc as fem_petsc
+from dolfinx.la import InsertMode
+
+#: Past corrections that are combined in a solid, where a factorization is dear.
+MEMORY = 10
+#: How far a correction may grow there.
+GROWTH = 4.0
+#: Mean contraction above which the tangent is renewed there.
+SLOW = 0.8
+
+
+class ChordNewton:
+    """Newton's method that keeps its factorization for as long as it contracts well.
+
+    A correction is accepted when the next one, by the same factorization, is smaller (Deuflhard's natural
+    monotonicity test). If it is not, the tangent is renewed, and with a fresh tangent the step is halved. The
+    residual is always that of the present state, so an old tangent costs iterations, never accuracy.
+
+    In a solid a factorization takes as long as fifty corrections, and is kept for longer: corrections are
+    combined with the past ones of the solve (:class:`~myostrain.solvers.anderson.Anderson`), and may grow
+    for once. A large solid (:mod:`myostrain.solvers.saddle_point`) has a fresh tangent in every correction,
+    and keeps the preconditioner until the linear solver takes twice the iterations.
+
+    Args:
+        residual: UFL form, linear in a test function.
+        unknown: The unknown, updated in place; it satisfies the conditions ``bcs`` already.
+        bcs: Conditions, homogeneous for the corrections.
+        measured: Owned degrees of freedom in which corrections are measured; None for all of them.
+        tolerance: Estimated largest error of the measured unknowns at which to stop, in their unit.
+        name: Section of a case file that reaches the linear solver's options.
+        options: Options of the linear solver.
+        saddle_point: Whether the tangent has a zero block.
+        symmetric: Whether the tangent is symmetric; that of a follower pressure is not.
+        stabilization: Form that makes a preconditioner of the tangent of a large solid with a zero block.
+        depends_on: Functions and constants, beside the unknown, that the tangent depends on.
+        refresh: Contraction above which the tangent is renewed.
+        max_iterations: Corrections that a solve may take.
+    """
+
+    def __init__(
+        self,
+        residual: Any,
+        unknown: fem.Function,
+        bcs: Sequence[fem.DirichletBC],
+        *,
+        measured: npt.NDArray[np.int32] | None = None,
+        tolerance: float = 1e-9,
+        name: str = "mechanics",
+        options: Options | None = None,
+        saddle_point: bool = False,
+        symmetric: bool = True,
+        stabilization: Any = None,
+        depends_on: Sequence[Any] = (),
+        refresh: float = 0.3,
+        max_iterations: int = 60,
+    ) -> None:
+        self.counters = Counters()
+        self.tolerance = tolerance
+        space = unknown.function_space
+        self._comm = lasting(space.mesh.comm)
+        self._unknown, self._bcs = unknown, list(bcs)
+        self._owned = owned_dofs(space)
+        self._measured = slice(0, self._owned) if measured is None else measured
+        self._name, self._refresh, self._max = name, refresh, max_iterations
+        self._residual = compile_form(residual)
+        tangent = ufl.derivative(residual, unknown)
+        self._tangent = compile_form(tangent)
+        self._matrix = fem_petsc.create_matrix(self._tangent)
+        self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, symmetric)
+        self._b, self._dx = fem.Function(space), fem.Function(space)
+        dofs = [bc.dof_indices()[0] for bc in self._bcs]
+        self._fixed = np.unique(np.concatenate(dofs)) if dofs else np.zeros(0, dtype=np.int32)
+        solid, unknowns = space.mesh.geometry.dim == 3, global_dofs(space)
+        self._memory = MEMORY if solid else 0  # corrections that are combined
+        self._approximation: Any = None  # form and matrix that the preconditioner is made of
+        if saddle_point_solver.wanted(space, unknowns, options) and saddle_point == (
+            stabilization is not None
+        ):
+            form = self._tangent if stabilization is None else compile_form(tangent + stabilization)
+            approximation = fem_petsc.create_matrix(form)
+            self._approximation, self._memory = (form, approximation), 0
+            defaults = saddle_point_solver.defaults(space)
+            blocks = saddle_point_solver.fields(space, approximation)
+            self.ksp = make_ksp(self._matrix, name, defaults, options, approximation, blocks)
+        else:
+            defaults = direct(unknowns, self._comm.size, saddle_point, symmetric, solid)
+            self.ksp = make_ksp(self._matrix, name, defaults, options)
+        self._least = math.inf  # iterations of the linear solver with this preconditioner, at best
+        self._ready = False  # whether there is a factorization
+        self._arguments = [unknown, *depends_on]
+        self._origin: list[Any] = []  # their values when the tangent was assembled
+        # Its contraction as last measured, the correction then, and how often it has been trusted since.
+        self._rate, self._first, self._unchecked = math.inf, 0.0, 0
+
+    def forget(self) -> None:
+        """Drop the factorization: the next solve begins with a fresh tangent."""
+        self._ready, self._rate = False, math.inf
+
+    @contextmanager
+    def direct_solver(self) -> Iterator[None]:
+        """Solve by a direct solver with pivots for a while, whatever the options say."""
+        usual = self.ksp, self._approximation
+        self.ksp, self._approximation = make_ksp(self._matrix, self._name, last_resort(), None), None
+        self.forget()
+        try:
+            yield
+        finally:
+            self.ksp, self._approximation = usual
+            self.forget()
+
+    def state(self) -> State:
+        """Counts, and what the kept tangent was made of."""
+        fields = [
+            FieldState(argument.function_space, value) if isinstance(argument, fem.Function) else float(value)
+            for argument, value in zip(self._arguments, self._origin, strict=False)
+        ]
+        return {
+            "counters": self.counters.as_dict(),
+            "ready": self._ready,
+            "rate": self._rate,
+            "first": self._first,
+            "unchecked": self._unchecked,
+            "least": self._least,
+            "origin": fields,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state; the tangent is assembled and factorized again where it is another one."""
+        origin = [entry.values if isinstance(entry, FieldState) else entry for entry in state["origin"]]
+        same = len(origin) == len(self._origin) and all(
+            old is new or np.array_equal(old, new) for old, new in zip(self._origin, origin, strict=True)
+        )
+        if state["ready"] and not same:
+            present = self._values()
+            self._set_values(origin)
+            self._renew()
+            self._set_values(present)
+        self.counters = Counters(**state["counters"])
+        self._ready = state["ready"]
+        self._rate, self._first, self._unchecked = state["rate"], state["first"], state["unchecked"]
+        self._least = state["least"]
+
+    def _values(self) -> list[Any]:
+        return [
+            argument.x.array.copy() if isinstance(argument, fem.Function) else float(argument.value)
+            for argument in self._arguments
+        ]
+
+    def _set_values(self, values: Sequence[Any]) -> None:
+        for argument, value in zip(self._arguments, values, strict=True):
+            if isinstance(argument, fem.Function):
+                argument.x.array[:] = value
+            else:
+                argument.value = value
+
+    def residual_norm(self) -> float:
+        """Largest entry of the residual at the present state (outside fixed degrees of freedom)."""
+        self._assemble()
+        return largest(self._b.x.array[: self._owned], self._comm)
+
+    def _assemble(self) -> None:
+        b = self._b.x
+        b.array[:] = 0.0
+        fem.assemble_vector(b.array, self._residual)
+        if self._comm.size > 1:
+            b.scatter_reverse(InsertMode.add)
+        b.array[self._fixed] = 0.0
+        self.counters.assemblies += 1
+
+    def _assemble_matrix(self, matrix: PETSc.Mat, form: fem.Form) -> None:
+        matrix.zeroEntries()
+        fem_petsc.assemble_matrix(matrix, form, bcs=self._bcs)
+        matrix.assemble()
+
+    def _renew(self) -> None:
+        self._ready = False
+        if self._approximation is None:
+            self._assemble_matrix(self._matrix, self._tangent)
+            self.ksp.setOperators(self._matrix)
+        else:
+            form, matrix = self._approximation
+            self._assemble_matrix(matrix, form)
+            self.ksp.setOperators(self._matrix, matrix)
+        try:
+            self.ksp.setUp()
+        except PETSc.Error as error:
+            raise ComputationError(
+                f"the tangent of the {self._name} cannot be factorized ({error})",
+                advice=f"a smaller time step, or another solver in [solver.{self._name}].",
+            ) from error
+        self.counters.factorizations += 1
+        self._ready, self._rate, self._least = True, math.inf, math.inf
+        self._origin = self._values()
+
+    def _correction(self) -> float:
+        """Solve for the correction at the assembled residual; its measured size, or NaN."""
+        if self._approximation is not None:
+            self._assemble_matrix(self._matrix, self._tangent)
+        try:
+            self.ksp.solve(self._b.x.petsc_vec, self._dx.x.petsc_vec)
+        except PETSc.Error:  # a factorization met NaN
+            return math.nan
+        iterations = max(1, self.ksp.getIterationNumber())
+        self.counters.linear += iterations
+        if self._approximation is not None:
+            self._least = min(self._least, iterations)
+            self._ready = iterations <= 2 * self._least + 5
+            if reason(self.ksp) == PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT:
+                return largest(self._dx.x.array[self._measured], self._comm)  # still a direction to try
+        if reason(self.ksp) < 0:
+            return math.nan
+        return largest(self._dx.x.array[self._measured], self._comm)
+
+    def _trusted(self, size: float) -> bool:
+        """Whether one correction of this size by a kept tangent may end a solve without another residual.
+
+        It may when the correction is no larger than in the solve in which the tangent's contraction was
+        measured, ten times that contraction (at least 1 %) leaves an error within the tolerance, and this has
+        not happened ten times in a row.
+        """
+        if not (size <= 3 * self._first and size * max(0.01, 10 * self._rate) <= self.tolerance):
+            return False
+        self._unchecked += 1
+        return self._unchecked <= 10
+
+    def _worn(self, contraction: float, mean: float, since: int) -> bool:
+        """Whether to renew the tangent, by the last contraction and the mean one of the corrections by it."""
+        if self._approximation is not None:
+            return False  # it is fresh
+        if self._memory:
+            return (since >= 6 and mean > SLOW) or since >= 30
+        return contraction > self._refresh
+
+    def solve(self) -> int:
+        """Solve for the unknown from its present value; returns the number of corrections.
+
+        Raises:
+            ComputationError: It did not converge. The unknown is then what it was before.
+        """
+        x, before, dx = self._unknown.x, self._unknown.x.array.copy(), self._dx.x.array
+        self.counters.solves += 1
+        fresh = not self._ready
+        kept = self._ready  # whether this solve has one tangent, older than itself
+        self._assemble()
+        if fresh:
+            self._renew()
+        size, damping = self._correction(), 1.0
+        first, mixing = size, Anderson(self._memory, self._measured, self._comm)
+        began, since = size, 0  # the correction when the tangent was renewed last, and how many since
+        # Corrections at the level of round-off need not shrink.
+        negligible = max(1e-3 * self.tolerance, 1e-14 * largest(before[self._measured], self._comm))
+        for iteration in range(1, self._max + 1):
+            self.counters.newton += 1
+            origin, step = x.array.copy(), dx.copy()
+            if damping == 1.0:
+                x.array[: self._owned] += mixing.step(origin[: self._owned], -step[: self._owned])
+            else:
+                mixing.clear()
+                x.array[:] = origin - damping * step
+            x.scatter_forward()
+            if size <= negligible or (iteration == 1 and self._trusted(size)):
+                return iteration
+            self._unchecked = 0
+            self._assemble()
+            following = self._correction()
+            limit = GROWTH * size if self._memory and not fresh else size * (1 - damping / 2)
+            if not following < max(limit, negligible):  # also when it is NaN
+                x.array[:] = origin
+                mixing.clear()
+                if not fresh:
+                    self._assemble()
+                    self._renew()
+                    fresh, kept, size, damping = True, False, self._correction(), 1.0
+                    began, since = size, 0
+                else:
+                    dx[:] = step
+                    damping /= 2
+                if damping < 1e-3 or not math.isfinite(size):
+                    break
+                continue
+            contraction = following / size if size else 0.0
+            fresh, size, since = False, following, since + 1
+            mean = (size / began) ** (1 / since) if began else 0.0
+            if damping == 1.0:
+                if kept and iteration == 1:
+                    self._rate, self._first = contraction, first
+                # What is left after this correction; combined ones do not contract evenly.
+                slow = max(contraction, mean) if self._memory else contraction
+                left = size if self._memory else size * contraction
+                if slow < 1 and left / (1 - slow) <= self.tolerance:
+                    x.array[:] -= dx
+                    x.scatter_forward()
+                    return iteration
+            if self._worn(contraction, mean, since):
+                self._renew()
+                mixing.clear()
+                fresh, kept, size = True, False, self._correction()
+                began, since = size, 0
+            damping = min(1.0, 2 * damping)
+        self._assemble()
+        where = place_of_largest(self._unknown.function_space, self._b.x.array)
+        x.array[:] = before
+        x.scatter_forward()
+        self.forget()
+        raise ComputationError(
+            f"Newton's method for the {self._name} did not converge in {iteration} corrections "
+            f"(last correction {size:.3g}, wanted {self.tolerance:.3g}; the largest residual is near "
+            f"{where})",
+            where=where,
+            advice="a smaller time step, a smaller activation or load.",
+        )
