@@ -1,16 +1,19 @@
 """Kinematics: what a line, a plane-stress or a plane-strain sheet and a solid mean in three dimensions.
 
 A kinematics object turns the gradient of the unknown displacement (1 × 1 to 3 × 3) into the deformation
-gradient F that the energy sees (1.1), says what det F is in the balance of the potential (2.8), and whether
-a pressure is unknown. Materials never see the dimension of the mesh.
+gradient F that the energy sees (1.1), says what det F is in the balance of the potential (2.8), whether a
+pressure is unknown, and what pressure the Cauchy stress has. Materials never see the dimension of the mesh.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
+from myostrain.errors import InputError
 from myostrain.validation import NonNegative, Positive, description
 
 import ufl
@@ -22,6 +25,9 @@ Constraint = Literal["total", "elastic"]
 #: Augmentation of an incompressible solid in multiples of the material's modulus. Problem 2 of Land et al. is
 #: solved with 0.4 to 10 of them, and fails with none; the more, the less a coarse beam bends.
 AUGMENTATION = 1.0
+
+#: How far det F of a held body may be from the one that its constraint keeps: stretches are given in digits.
+HELD = 1e-4
 
 
 class Kinematics(Protocol):
@@ -39,12 +45,37 @@ class Kinematics(Protocol):
         """Whether the constraint is enforced by an unknown pressure (P1)."""
         ...
 
+    @property
+    def follows_activation(self) -> bool:
+        """Whether J changes with the activation: where it is not kept at, or near, one."""
+        ...
+
     def lift(self, F: Any, Jo: Any) -> Any:
         """Deformation gradient that the energy sees, from the gradient on the mesh and Jo = det Fo."""
         ...
 
     def volume_ratio(self, F: Any, Jo: Any) -> Any:
         """J = det F as the balance of the potential uses it (2.8); 1.0 where it is one by constraint."""
+        ...
+
+    def held_volume_ratio(self, stretches: Sequence[float]) -> float:
+        """J of a body that is held at a homogeneous stretch, whatever its activation.
+
+        Args:
+            stretches: The stretches along the axes of the mesh.
+
+        Raises:
+            InputError: They contradict the constraint.
+        """
+        ...
+
+    def pressure(self, sigma: Any, unknown: Any) -> Any:
+        """The pressure p in σ − p 1, where σ is the Cauchy stress of the energy: what the constraint adds.
+
+        Args:
+            sigma: The Cauchy stress that energy and viscosity give, in the dimension that materials see.
+            unknown: The pressure among the unknowns, None where there is none.
+        """
         ...
 
     def constraint_residual(self, F: Any, Jo: Any) -> Any:
@@ -79,6 +110,10 @@ class _SeesF:
         """None: the constraint holds, or there is none."""
         return 0.0
 
+    def pressure(self, sigma: Any, unknown: Any) -> Any:
+        """The unknown one; none where there is no constraint."""
+        return 0.0 if unknown is None else unknown
+
 
 @description
 class Line(_SeesF):
@@ -90,6 +125,7 @@ class Line(_SeesF):
     dim: ClassVar[int] = 1
     tensor_dim: ClassVar[int] = 1
     has_pressure: ClassVar[bool] = False
+    follows_activation: ClassVar[bool] = True
     degree: ClassVar[int] = 2
 
     def lift(self, F: Any, Jo: Any) -> Any:
@@ -100,9 +136,27 @@ class Line(_SeesF):
         """J = x′ (4.4)."""
         return F[0, 0]
 
+    def held_volume_ratio(self, stretches: Sequence[float]) -> float:
+        """The stretch itself."""
+        return math.prod(stretches)
+
     def constraint_residual(self, F: Any, Jo: Any) -> Any:
         """A line has no constraint."""
         raise NotImplementedError("a line has no constraint")
+
+
+def _held(constraint: Constraint, stretches: Sequence[float]) -> float:
+    """Volume ratio of a held body, one where J = 1."""
+    ratio = math.prod(stretches)
+    if constraint == "elastic":
+        return ratio
+    if abs(ratio - 1) > HELD:
+        raise InputError(
+            f"the stretches {', '.join(f'{stretch:g}' for stretch in stretches)} have det F = {ratio:.6g}, and "
+            f"the body keeps J = 1: give stretches whose product is 1 to {HELD:g}",
+            "mechanics.imposed_stretch",
+        )
+    return 1.0
 
 
 def _target(constraint: Constraint, Jo: Any) -> Any:
@@ -137,6 +191,19 @@ class PlaneStress(_SeesF):
         """J = 1, or Jo where the elastic part is isochoric."""
         return _target(self.constraint, Jo)
 
+    @property
+    def follows_activation(self) -> bool:
+        """Where J = Jo."""
+        return self.constraint == "elastic"
+
+    def held_volume_ratio(self, stretches: Sequence[float]) -> float:
+        """One: the thickness of a held sheet makes up for its area, λ₃ = 1/(λ₁ λ₂), and is held with it."""
+        return 1.0
+
+    def pressure(self, sigma: Any, unknown: Any) -> Any:
+        """What makes the faces free, σ₃₃ = 0."""
+        return sigma[2, 2]
+
     def constraint_residual(self, F: Any, Jo: Any) -> Any:
         """The constraint is eliminated."""
         raise NotImplementedError("plane stress has no pressure unknown")
@@ -163,6 +230,15 @@ class PlaneStrain(_SeesF):
     def volume_ratio(self, F: Any, Jo: Any) -> Any:
         """J = 1, or Jo where the elastic part is isochoric (exactly, not as the pressure enforces it)."""
         return _target(self.constraint, Jo)
+
+    @property
+    def follows_activation(self) -> bool:
+        """Where J is, or tends to, Jo."""
+        return self.constraint == "elastic"
+
+    def held_volume_ratio(self, stretches: Sequence[float]) -> float:
+        """λ₁ λ₂, which J = 1 wants to be one."""
+        return _held(self.constraint, stretches)
 
     def constraint_residual(self, F: Any, Jo: Any) -> Any:
         """det F₂ − J."""
@@ -219,6 +295,21 @@ class Solid:
         det F where the body is nearly incompressible.
         """
         return _target(self.constraint, Jo) if self.bulk_modulus is None else ufl.det(F)
+
+    @property
+    def follows_activation(self) -> bool:
+        """Where J is, or tends to, Jo."""
+        return self.constraint == "elastic"
+
+    def held_volume_ratio(self, stretches: Sequence[float]) -> float:
+        """λ₁ λ₂ λ₃, which J = 1 wants to be one unless the body is nearly incompressible."""
+        if self.bulk_modulus is not None:
+            return math.prod(stretches)
+        return _held(self.constraint, stretches)
+
+    def pressure(self, sigma: Any, unknown: Any) -> Any:
+        """The unknown one; none of a nearly incompressible body, whose energy holds it all."""
+        return 0.0 if unknown is None else unknown
 
     def constraint_residual(self, F: Any, Jo: Any) -> Any:
         """det F − J."""

@@ -8,7 +8,7 @@ from myostrain.errors import ComputationError, InputError
 from myostrain.kinematics import PlaneStrain, PlaneStress, Solid
 from myostrain.materials import Guccione1995, NeoHookean
 from myostrain.mechanics.loads import check_course, value_at
-from myostrain.mechanics.supports import RigidMotions
+from myostrain.mechanics.supports import RigidMotions, plane_axis
 from myostrain.solvers.continuation import SMALLEST, follow
 
 import numpy as np
@@ -183,6 +183,20 @@ def test_a_curved_part_does_not_slide():
     body = ms.build(ms.geometry.Ellipse(size=(2.0, 1.0), spacing=0.3), ms.UniformFibres(direction=(1.0, 0.0)))
     with pytest.raises(InputError, match="robin_normal"):
         solid(body, kinematics=PlaneStress(), sliding=["boundary"])
+
+
+@pytest.mark.parametrize("off, slides", [(4e-7, True), (4e-6, False)])
+def test_a_plane_of_single_precision_slides(off, slides):
+    """Nodes of a plane part may be off it by 1e-6 of the diagonal; the message says how far they are."""
+    body = block()
+    x = body.mesh.geometry.x
+    left = np.flatnonzero(x[:, 0] == 0.0)
+    x[left, 0] += off * np.linalg.norm(SIDES) * np.linspace(0, 1, len(left))
+    if slides:
+        assert plane_axis(body, "left") == 0
+    else:
+        with pytest.raises(InputError, match=r"over 1\.08e-05, 1, 1\.5 along these axes"):
+            plane_axis(body, "left")
 
 
 def test_values_over_time():

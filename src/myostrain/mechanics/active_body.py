@@ -161,11 +161,8 @@ class ActiveBody:
             rate: Rate of the viscous strain, None for an elastic body.
         """
         sigma = self.cauchy_without_pressure(u, v, rate)
-        if self.kinematics.tensor_dim == 1:
-            return sigma
-        # The pressure: the unknown, or what makes the faces free (plane stress).
-        p = ufl.split(u)[1] if self.kinematics.has_pressure else sigma[2, 2]
-        return sigma - p * ufl.Identity(3)
+        pressure = self.kinematics.pressure(sigma, ufl.split(u)[1] if self.kinematics.has_pressure else None)
+        return sigma - pressure * ufl.Identity(self.kinematics.tensor_dim)
 
     def cauchy_without_pressure(self, u: fem.Function, v: Any, rate: Any = None) -> Any:
         """The Cauchy stress that energy and viscosity give, without pressure."""

@@ -18,6 +18,10 @@ Array = npt.NDArray[np.float64]
 #: Rigid motions by the body's dimension.
 MODES = {1: 1, 2: 3, 3: 6}
 
+#: How far nodes of a plane part may be off their plane, of the body's diagonal: coordinates in single precision
+#: are off by some 1e-7.
+FLAT = 1e-6
+
 
 def fixed_conditions(
     body: Body, space: fem.FunctionSpace, names: Sequence[str], mixed: bool
@@ -82,11 +86,14 @@ def plane_axis(body: Body, name: str) -> int:
     low, high = body.extent()
     least = body.comm.allreduce(points.reshape(-1, body.dim).min(axis=0, initial=np.inf), MPI.MIN)
     most = body.comm.allreduce(points.reshape(-1, body.dim).max(axis=0, initial=-np.inf), MPI.MAX)
-    flat = np.flatnonzero(most - least < 1e-8 * np.linalg.norm(high - low))
+    spread, size = most - least, float(np.linalg.norm(high - low))
+    flat = np.flatnonzero(spread <= FLAT * size)
     if len(flat) != 1:
         raise InputError(
-            f"'{name}' is in no plane across X, Y or Z, in which it could slide; fix it, or give it a "
-            "stiffness along its normal in mechanics.robin_normal",
+            f"'{name}' is in no plane across {', '.join('XYZ'[: body.dim])}, in which it could slide (it extends "
+            f"over {', '.join(f'{s:.3g}' for s in spread)} along these axes; a plane may deviate by {FLAT:g} of "
+            f"the body's diagonal, {FLAT * size:.3g}); fix it, or give it a stiffness along its normal in "
+            "mechanics.robin_normal",
             "mechanics.sliding",
         )
     return int(flat[0])
