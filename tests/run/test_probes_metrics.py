@@ -226,3 +226,16 @@ def test_few_nodes(v, place):
     """A crossing is found by the polynomial through as many nodes as there are, at most four."""
     X = np.arange(float(len(v)))
     assert leading_pulse(X, X, np.array(v, dtype=float)).front == pytest.approx(place, abs=1e-4)
+
+
+@pytest.mark.parametrize("size", [1e-7, 1.0, 1e6])
+def test_probes_in_any_unit_of_length(size):
+    """cells_at docstring: "on a mesh of straight cells of any size"; a point is in its own cell."""
+    mesh = ms.geometry.Slab(size=(size, size, size), spacing=size / 4).mesh(ALONE).mesh
+    space = fem.functionspace(mesh, ("Lagrange", 1))
+    probes = Probes(space, {"a": (0.3 * size, 0.6 * size, 0.9 * size), "b": (size, size, size)})
+    found = probes.local(nodes(space))
+    np.testing.assert_allclose(found, probes.positions, rtol=1e-12)
+    assert probes._weights.min() > -1e-5
+    with pytest.raises(InputError, match="outside the body"):
+        Probes(space, {"a": (1.001 * size, 0.5 * size, 0.5 * size)})

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from myostrain.engine import MPI, lasting
-from myostrain.errors import InputError, nearest
+from myostrain.errors import InputError
 from myostrain.geometry.fibres import Fibres, Microstructure, UniformFibres
 from myostrain.geometry.meshed import Meshed
 
@@ -60,20 +60,9 @@ class Body:
             key: Key of a case file that names them, for the message.
 
         Raises:
-            InputError: A name is not one of the body's boundaries.
+            InputError: A name is not one of the body's boundaries, or some of its facets lie inside the body.
         """
-        mesh, tdim = self.mesh, self.mesh.topology.dim
-        mesh.topology.create_connectivity(tdim - 1, tdim)
-        if names is None:
-            return dmesh.exterior_facet_indices(mesh.topology)
-        known = self.meshed.boundaries
-        facets = [np.zeros(0, dtype=np.int32)]
-        for name in names:
-            if name not in known or self.meshed.facet_tags is None:
-                hint = nearest(name, known) if known else "this mesh has no named boundaries"
-                raise InputError(f"no boundary is called '{name}'; {hint}", key)
-            facets.append(self.meshed.facet_tags.find(known[name]))
-        return np.unique(np.concatenate(facets)).astype(np.int32)
+        return self.meshed.facets(names, key)
 
     def boundary_measure(
         self, names: Iterable[str] | None, degree: int, key: str | None = None

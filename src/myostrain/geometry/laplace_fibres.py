@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from myostrain.engine import MPI, fem, lasting
-from myostrain.errors import InputError, nearest
+from myostrain.errors import InputError
 from myostrain.geometry.fibres import Microstructure
 from myostrain.geometry.meshed import Meshed
 from myostrain.validation import Finite, description
@@ -117,9 +117,7 @@ class RuleBasedFibres:
         if right is not None:
             names["rv"] = (right, "endocardium_right")
         for name, key in names.values():
-            if name not in known or meshed.facet_tags is None:
-                hint = nearest(name, known) if known else "this mesh has no named boundaries"
-                raise InputError(f"no boundary is called '{name}'; {hint}", f"fibres.{key}")
+            meshed.facets([name], f"fibres.{key}")
         return {what: known[name] for what, (name, _) in names.items()}
 
     def _angles(self, two: bool) -> dict[str, float]:

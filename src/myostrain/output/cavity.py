@@ -33,7 +33,7 @@ class Cavity:
         degree: Polynomial degree of the displacement.
 
     Raises:
-        InputError: No boundary has this name.
+        InputError: No part of the boundary has this name.
 
     Attributes:
         rim_at_rest: Mean position (3,) of the rim at rest.
@@ -45,7 +45,7 @@ class Cavity:
         x = ufl.SpatialCoordinate(mesh) + displacement
         F = ufl.Identity(3) + ufl.grad(displacement)
         self._centre, self._axis = fem.Constant(mesh, np.zeros(3)), fem.Constant(mesh, np.zeros(3))
-        ds = body.boundary_measure([boundary], 2 * degree)
+        ds = body.boundary_measure([boundary], 2 * degree, "geometry")
         area = ufl.det(F) * ufl.inv(F).T * ufl.FacetNormal(mesh)
         self._volume = compile_form(-ufl.dot(x - self._centre, area) / 3 * ds)
         rim = _rim(mesh, body.boundary_facets([boundary]))

@@ -8,12 +8,12 @@ from typing import Any
 from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError
 from myostrain.geometry.body import extent
+from myostrain.geometry.points import cells_at
 from myostrain.output.metrics import crossing_time
 from myostrain.state import FieldState, State
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import geometry as dgeometry
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.integer[Any]]
@@ -47,14 +47,10 @@ class Probes:
 
     def _locate(self, space: fem.FunctionSpace, dim: int) -> tuple[Indices, Indices, Array]:
         mesh = space.mesh
-        owned = mesh.topology.index_map(mesh.topology.dim).size_local
-        tree = dgeometry.bb_tree(
-            mesh, mesh.topology.dim, padding=1e-9, entities=np.arange(owned, dtype=np.int32)
-        )
-        candidates = dgeometry.compute_collisions_points(tree, self.positions)
-        colliding = dgeometry.compute_colliding_cells(mesh, candidates, self.positions)
-        cells = [colliding.links(i) for i in range(len(self.names))]
-        found = np.array([self._comm.rank if len(c) else self._comm.size for c in cells], dtype=np.int64)
+        points, cells, weights = cells_at(mesh, self.positions)
+        held, first = np.unique(points, return_index=True)
+        found = np.full(len(self.names), self._comm.size, dtype=np.int64)
+        found[held] = self._comm.rank
         owner = np.empty_like(found)
         self._comm.Allreduce(found, owner, op=MPI.MIN)
         for name, rank, position in zip(self.names, owner, self.positions, strict=True):
@@ -64,17 +60,9 @@ class Probes:
                     f"{position[:dim].tolist()} lies outside the body, which extends from {low} to {high}",
                     f"probes.{name}",
                 )
-        mine = np.flatnonzero(owner == self._comm.rank)
-        x = space.tabulate_dof_coordinates()[:, :dim]
-        dofs = np.array([space.dofmap.cell_dofs(cells[i][0]) for i in mine], dtype=np.int32).reshape(
-            -1, dim + 1
-        )
-        weights = np.empty(dofs.shape)
-        for row, (i, corners) in enumerate(zip(mine, dofs, strict=True)):
-            edges = (x[corners[1:]] - x[corners[0]]).T
-            weights[row, 1:] = np.linalg.solve(edges, self.positions[i, :dim] - x[corners[0]])
-            weights[row, 0] = 1 - weights[row, 1:].sum()
-        return mine, dofs, weights
+        kept = owner[held] == self._comm.rank
+        first = first[kept]
+        return held[kept], space.dofmap.list[cells[first]], weights[first]
 
     def local(self, values: Array) -> Array:
         """Values at this process's probes, from nodal values (n,) or (n, components)."""
