@@ -6,19 +6,27 @@ The public names. What describes is frozen and validated, what solves owns its s
     import myostrain as ms
 
     body = ms.build(ms.geometry.Ellipse(size=(130.0, 180.0)), ms.UniformFibres(direction=(1.0, -1.0)))
+
+Nothing is loaded before it is used: DOLFINx and MPI start with the first name that needs them.
 """
 
-from myostrain import activation, geometry, kinematics, materials, membranes, theory
-from myostrain import engine as _engine  # first: it orders the imports of MPI and DOLFINx
-from myostrain.case import Case, run_case
-from myostrain.coupling import Electromechanics, Implicit, SecondOrder, Staggered
-from myostrain.electrics import BoundaryBump, Bump, Drive, GivenPotential, Potential
-from myostrain.errors import ComputationError, InputError, MyostrainError
-from myostrain.geometry import UniformFibres, build
-from myostrain.mechanics import ImposedStretch, Mechanics
-from myostrain.run import Simulation
+import importlib
+from typing import TYPE_CHECKING, Any
 
-__version__ = _engine.versions()["myostrain"]
+import myostrain_engine_first  # noqa: F401 - DOLFINx may be imported before or after
+
+if TYPE_CHECKING:
+    from myostrain import activation, geometry, kinematics, materials, membranes, theory
+    from myostrain.case.case import Case
+    from myostrain.case.running import run_case
+    from myostrain.coupling import Electromechanics, Implicit, SecondOrder, Staggered
+    from myostrain.electrics import BoundaryBump, Bump, Drive, GivenPotential, Potential
+    from myostrain.errors import ComputationError, InputError, MyostrainError
+    from myostrain.geometry import UniformFibres, build
+    from myostrain.mechanics import ImposedStretch, Mechanics
+    from myostrain.run.simulation import Simulation
+
+    __version__: str
 
 __all__ = [
     "BoundaryBump",
@@ -47,3 +55,45 @@ __all__ = [
     "run_case",
     "theory",
 ]
+
+#: Where the public names are; the modules among them are not listed.
+_MODULES = {
+    "case.case": ("Case",),
+    "case.running": ("run_case",),
+    "coupling": ("Electromechanics", "Implicit", "SecondOrder", "Staggered"),
+    "electrics": ("BoundaryBump", "Bump", "Drive", "GivenPotential", "Potential"),
+    "errors": ("ComputationError", "InputError", "MyostrainError"),
+    "geometry": ("UniformFibres", "build"),
+    "mechanics": ("ImposedStretch", "Mechanics"),
+    "run.simulation": ("Simulation",),
+}
+_WHERE = {name: module for module, names in _MODULES.items() for name in names}
+
+#: Names of earlier versions, and what took their place.
+_OLD = {
+    "cells": "ms.cells is now ms.membranes",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _OLD:
+        raise AttributeError(_OLD[name])
+    if name == "__version__":
+        from importlib import metadata
+
+        try:
+            value: Any = metadata.version("myostrain")
+        except metadata.PackageNotFoundError:
+            value = "unknown"
+    elif name in _WHERE:
+        value = getattr(importlib.import_module(f"myostrain.{_WHERE[name]}"), name)
+    elif name in __all__:
+        value = importlib.import_module(f"myostrain.{name}")
+    else:
+        raise AttributeError(f"module 'myostrain' has no attribute '{name}'")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})

@@ -81,6 +81,8 @@ def run(
 ) -> None:
     """Run a case and write a result folder."""
     from myostrain import cases
+
+    _load_engine()
     from myostrain.case.case import Case
     from myostrain.case.running import run_case
     from myostrain.engine import MPI
@@ -108,6 +110,21 @@ def run(
         _leave(_complain(f"{stop} after a checkpoint; {again}", 128 + stop.number))
     if comm.rank == 0:
         _report(checked, results, folder)
+
+
+def _load_engine() -> None:
+    """Import the engine, but without Numba.
+
+    FFCx loads Numba wherever it is installed, for kernels that a script writes in it: a second, and no
+    command has any.
+    """
+    if "numba" in sys.modules:
+        return
+    sys.modules["numba"] = None  # type: ignore[assignment]
+    try:
+        import myostrain.engine  # noqa: F401
+    finally:
+        del sys.modules["numba"]
 
 
 def _resumed(asked: Case | None, out: Path | None, *, changed: bool) -> tuple[Case, bool]:
@@ -152,6 +169,7 @@ def reproduce(
     ] = False,
 ) -> None:
     """Reproduce the paper: its figures, theory and claims against measured ones, on one HTML page."""
+    _load_engine()
     from myostrain.reproduce import reproduce as make
 
     with ProgressDisplay(True, bar=not quiet) as display:
@@ -166,6 +184,7 @@ def reproduce(
 @app.command()
 def doctor() -> None:
     """Print the environment and check that it computes right (ten seconds)."""
+    _load_engine()
     from myostrain.doctor import report
 
     raise typer.Exit(report(typer.echo))
@@ -200,6 +219,7 @@ def material(
 
     The material is incompressible and passive, as in the section [material] of a case file.
     """
+    _load_engine()
     from myostrain.case.overrides import override
     from myostrain.case.parsing import make
     from myostrain.case.sections import MATERIALS

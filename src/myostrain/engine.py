@@ -1,7 +1,6 @@
 """The one place where DOLFINx, PETSc and MPI are imported and their kernels' compiler is set up.
 
-The wheel ``dolfinx-solver-real`` must be imported before ``dolfinx`` (it orders the MPI library); a DOLFINx
-from conda, Debian or a container has no such module and is used as it is.
+What the wheel ``dolfinx-solver-real`` needs to be imported in any order is in ``myostrain_engine_first.py``.
 """
 
 from __future__ import annotations
@@ -14,9 +13,6 @@ import platform
 from functools import cache
 from pathlib import Path
 from typing import Any
-
-with contextlib.suppress(ModuleNotFoundError):
-    import dolfinx_solver  # noqa: F401
 
 # PETSc would end the process at SIGTERM before a run can write a checkpoint.
 os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
