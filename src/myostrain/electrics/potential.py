@@ -123,6 +123,8 @@ class Potential:
         self._stiffness = compile_form(ufl.inner(conductivity * ufl.grad(trial), ufl.grad(test)) * dx)
         self._matrix = fem_petsc.create_matrix(self._stiffness)
         self._mass = _averaged_mass(trial, test, mesh, lumped) if mass == "averaged" else None
+        # That of the deformed body, made once: on several processes PETSc frees nothing that Python drops.
+        self._scaled_mass = None if self._mass is None or self.isochoric else self._mass.copy()
         self._added = 0.0  # the multiple of the mass matrix in the matrix
         self._volume = None if self.isochoric else compile_form(deformation.J * test * lumped)
         self.weight: Array = assemble_nodal(compile_form(test * lumped))
@@ -196,11 +198,11 @@ class Potential:
         if self._added:  # rather than a difference: a resumed run is to have the same bits
             self._assemble_diffusion()
         mass = self._mass
-        if not self.isochoric:
-            mass = mass.copy()
-            ratio = self._matrix.createVecRight()
-            ratio.array[:] = self.ratio[: self._owned]
-            mass.diagonalScale(None, ratio)
+        if self._scaled_mass is not None:
+            same: Any = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+            mass = self._mass.copy(self._scaled_mass, same)
+            self._diagonal.array[:] = self.ratio[: self._owned]
+            mass.diagonalScale(None, self._diagonal)
         self._matrix.setDiagonal(self._restored_diagonal())
         self._matrix.axpy(multiple, mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         self._added = multiple

@@ -16,6 +16,8 @@ import numpy.typing as npt
 import ufl
 from dolfinx import mesh as dmesh
 
+Array = npt.NDArray[np.float64]
+
 #: More cells than this are refused before meshing: a misplaced decimal point must not fill the memory.
 MAX_CELLS = 50_000_000
 
@@ -82,7 +84,7 @@ class Body:
         self.boundary_facets(names, key)  # says which name is wrong
         return measure(tuple(self.meshed.boundaries[name] for name in names))
 
-    def extent(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    def extent(self) -> tuple[Array, Array]:
         """Lowest and highest coordinates of the body over all processes, each of length ``dim``."""
         return extent(self.mesh)
 
@@ -92,12 +94,17 @@ class Body:
         return int(self.mesh.topology.index_map(self.mesh.topology.dim).size_global)
 
 
-def extent(mesh: dmesh.Mesh) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def extent(mesh: dmesh.Mesh) -> tuple[Array, Array]:
     """Lowest and highest coordinates of a mesh over all processes, each as long as its dimension."""
-    x = mesh.geometry.x[:, : mesh.geometry.dim]
-    low, high = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
-    mesh.comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
-    mesh.comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
+    return range_of(mesh.geometry.x[:, : mesh.geometry.dim], mesh.comm)
+
+
+def range_of(points: Array, comm: Any) -> tuple[Array, Array]:
+    """Lowest and highest coordinates (dim,) of the points (n, dim) of all processes (collective)."""
+    low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
+    # By element: allreduce() compares its objects whole, which arrays are not made for.
+    comm.Allreduce(MPI.IN_PLACE, low, op=MPI.MIN)
+    comm.Allreduce(MPI.IN_PLACE, high, op=MPI.MAX)
     return low, high
 
 

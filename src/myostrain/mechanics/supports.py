@@ -8,6 +8,7 @@ from typing import Any
 from myostrain.engine import MPI, fem
 from myostrain.errors import InputError
 from myostrain.geometry import Body
+from myostrain.geometry.body import range_of
 
 import numpy as np
 import numpy.typing as npt
@@ -84,8 +85,7 @@ def plane_axis(body: Body, name: str) -> int:
     """
     points, _ = _surface(body, [name])
     low, high = body.extent()
-    least = body.comm.allreduce(points.reshape(-1, body.dim).min(axis=0, initial=np.inf), MPI.MIN)
-    most = body.comm.allreduce(points.reshape(-1, body.dim).max(axis=0, initial=-np.inf), MPI.MAX)
+    least, most = range_of(points.reshape(-1, body.dim), body.comm)
     spread, size = most - least, float(np.linalg.norm(high - low))
     flat = np.flatnonzero(spread <= FLAT * size)
     if len(flat) != 1:
@@ -177,7 +177,7 @@ class RigidMotions:
             while left.shape[1]:
                 rows = self.rows(np.tile(node, (body.dim, 1)), np.eye(body.dim)) @ left
                 sizes = np.linalg.norm(rows, axis=1)
-                component = int(np.argmax(np.round(sizes, 9)))
+                component = int(np.argmax(sizes >= sizes.max() - 1e-9))
                 if sizes[component] < 1e-6:
                     break
                 pins.append((node, component))
@@ -242,17 +242,11 @@ def _node(body: Body, score: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """The mesh node (dim,) with the least score; the same on every number of processes."""
     x = body.mesh.geometry.x[:, : body.dim]
     scores = score(x)
+    least = body.comm.allreduce(float(scores.min(initial=np.inf)), MPI.MIN)
     # Equal scores are told apart by the coordinates, not by the numbering, which depends on the processes.
-    candidates = [(round(float(d), 9), *map(float, xi)) for d, xi in zip(*_best(scores, x), strict=True)]
-    best = min(body.comm.allgather(min(candidates, default=(np.inf, *([np.inf] * body.dim)))))
-    return np.array(best[1:])
-
-
-def _best(distance: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    if not len(distance):
-        return distance, x
-    close = distance <= distance.min() + 1e-9
-    return distance[close], x[close]
+    close = x[scores <= least + 1e-9]
+    first = close[np.lexsort(close.T[::-1])[:1]].tolist()
+    return np.array(min(node for part in body.comm.allgather(first) for node in part))
 
 
 def _pin(body: Body, space: fem.FunctionSpace, mixed: bool, point: np.ndarray, component: int) -> list[Any]:

@@ -156,6 +156,26 @@ def last_resort() -> Options:
     return {"ksp_type": "preonly", "pc_type": "lu", "pc_factor_mat_solver_type": package}
 
 
+@contextmanager
+def pivoting(matrix: PETSc.Mat, name: str) -> Iterator[PETSc.KSP]:
+    """A direct solver for any matrix, for a while (collective).
+
+    Args:
+        matrix: The matrix.
+        name: "mechanics" or "potential", for messages.
+    """
+    prefix = matrix.getOptionsPrefix()
+    ksp = make_ksp(matrix, name, last_resort(), None)
+    try:
+        yield ksp
+    finally:
+        matrix.setOptionsPrefix(prefix)
+        options = PETSc.Options(ksp.getOptionsPrefix())
+        for key in options.getAll():
+            options.delValue(key)
+        ksp.destroy()  # on several processes PETSc would keep it, factors and all, when Python drops it
+
+
 def owned_dofs(space: fem.FunctionSpace) -> int:
     """Number of degrees of freedom that this process owns (blocks counted out)."""
     return int(space.dofmap.index_map.size_local * space.dofmap.index_map_bs)
@@ -252,12 +272,13 @@ class LinearSolver:
     def direct_solver(self) -> Iterator[None]:
         """Solve by a direct solver for a while, whatever the options say."""
         usual, keep = self.ksp, self._keep
-        self.ksp, self._keep = make_ksp(self._matrix, self._name, last_resort(), None), False
-        try:
-            yield
-        finally:
-            self.ksp, self._keep = usual, keep
-            self.forget()
+        with pivoting(self._matrix, self._name) as ksp:
+            self.ksp, self._keep = ksp, False
+            try:
+                yield
+            finally:
+                self.ksp, self._keep = usual, keep
+                self.forget()
 
     def state(self) -> State:
         """Counts."""

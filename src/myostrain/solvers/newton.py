@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from myostrain.engine import PETSc, compile_form, fem, lasting
+from myostrain.engine import MPI, PETSc, compile_form, fem, lasting
 from myostrain.errors import ComputationError
 from myostrain.solvers import saddle_point as saddle_point_solver
 from myostrain.solvers.anderson import Anderson
@@ -17,9 +17,9 @@ from myostrain.solvers.linear import (
     direct,
     global_dofs,
     largest,
-    last_resort,
     make_ksp,
     owned_dofs,
+    pivoting,
     place_of_largest,
     reason,
 )
@@ -130,13 +130,14 @@ class ChordNewton:
     def direct_solver(self) -> Iterator[None]:
         """Solve by a direct solver with pivots for a while, whatever the options say."""
         usual = self.ksp, self._approximation
-        self.ksp, self._approximation = make_ksp(self._matrix, self._name, last_resort(), None), None
-        self.forget()
-        try:
-            yield
-        finally:
-            self.ksp, self._approximation = usual
+        with pivoting(self._matrix, self._name) as ksp:
+            self.ksp, self._approximation = ksp, None
             self.forget()
+            try:
+                yield
+            finally:
+                self.ksp, self._approximation = usual
+                self.forget()
 
     def state(self) -> State:
         """Counts, and what the kept tangent was made of."""
@@ -160,7 +161,8 @@ class ChordNewton:
         same = len(origin) == len(self._origin) and all(
             old is new or np.array_equal(old, new) for old, new in zip(self._origin, origin, strict=True)
         )
-        if state["ready"] and not same:
+        # Of all processes: where one has another origin, all assemble.
+        if state["ready"] and not self._comm.allreduce(same, MPI.LAND):
             present = self._values()
             self._set_values(origin)
             self._renew()
@@ -228,8 +230,8 @@ class ChordNewton:
             self._assemble_matrix(self._matrix, self._tangent)
         try:
             self.ksp.solve(self._b.x.petsc_vec, self._dx.x.petsc_vec)
-        except PETSc.Error:  # a factorization met NaN
-            return math.nan
+        except PETSc.Error:  # a factorization met NaN, perhaps on one process alone
+            return largest(np.array([math.nan]), self._comm)
         iterations = max(1, self.ksp.getIterationNumber())
         self.counters.linear += iterations
         if self._approximation is not None:
