@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 from myostrain.activation import Proportional
-from myostrain.case import published as benchmark
 from myostrain.case.case import Case
 from myostrain.case.running import run_case
 from myostrain.cases import path
@@ -20,6 +19,7 @@ from myostrain.geometry import Slab, UniformFibres, build
 from myostrain.kinematics import Solid
 from myostrain.materials import NeoHookean
 from myostrain.mechanics.equilibrium import Mechanics
+from myostrain.output import published as benchmark
 from myostrain.output.figures.published import draw_benchmark
 
 import numpy as np
@@ -62,7 +62,7 @@ def test_positions_on_two_processes():
     """benchmark.positions, docstring: on every process, and the same as on one."""
     script = (
         "import sys; sys.path[:0] = ['tests', 'tests/run']\n"
-        "from test_land import POINTS, bent\nfrom myostrain.case import published as benchmark\n"
+        "from test_land import POINTS, bent\nfrom myostrain.output import published as benchmark\n"
         "from myostrain.engine import MPI\n"
         "found = benchmark.positions(bent(), POINTS)\n"
         "assert MPI.COMM_WORLD.size == 2\n"

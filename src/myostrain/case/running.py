@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from myostrain.case import published
 from myostrain.case.case import Case
 from myostrain.engine import MPI
+from myostrain.output import published
 from myostrain.output.folder import on_first, write_atomically
 from myostrain.output.log import RunLog, log_end, log_start
 from myostrain.run.simulation import Progress

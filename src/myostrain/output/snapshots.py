@@ -8,15 +8,16 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from myostrain.engine import fem, lasting
 from myostrain.errors import InputError
 from myostrain.output.folder import on_first, write_atomically
-from myostrain.output.ordering import Ordering
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from myostrain.engine import fem
 
 Array = npt.NDArray[np.float64]
 
@@ -54,6 +55,10 @@ class SnapshotWriter:
         vectors: fem.FunctionSpace | None,
         fibres: Array | None = None,
     ) -> None:
+        # Here, as who only reads frames needs no engine.
+        from myostrain.engine import lasting
+        from myostrain.output.ordering import Ordering
+
         mesh = space.mesh
         self._folder, self._dim, self._comm = folder, mesh.geometry.dim, lasting(mesh.comm)
         self._nodes = Ordering(space)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from myostrain.errors import InputError
-from myostrain.geometry import Body
-from myostrain.output.fields import cell_fibres
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.page import Page, scale
 from myostrain.output.figures.scene import Scene, looks
@@ -16,6 +15,9 @@ from myostrain.output.figures.surface import hollow
 import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+if TYPE_CHECKING:
+    from myostrain.geometry import Body
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -64,6 +66,8 @@ def draw_fibres(body: Body, path: Path, axis: tuple[float, float] = (0.0, 0.0)) 
     Raises:
         InputError: The body is no solid, or PyVista is not there.
     """
+    from myostrain.output.fields import cell_fibres
+
     if body.dim != 3:
         raise InputError("fibres are drawn of solids")
     mesh = body.mesh

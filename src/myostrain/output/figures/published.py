@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from myostrain.case.published import STRAINS, Benchmark, find, wall_strains
 from myostrain.output.figures.style import COLOURS, GREY, new_figure, save, style, writing
+from myostrain.output.published import STRAINS, Benchmark, find, wall_strains
 
 import numpy as np
 import numpy.typing as npt

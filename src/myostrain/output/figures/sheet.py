@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.output.figures.data import Recording
+from myostrain.output.figures.raster import interpolated
 from myostrain.output.figures.style import (
     DIVERGING,
     DPI,
@@ -177,7 +178,7 @@ def _activation(recording: Recording, times: Array, path: Path) -> Path:
 def _film(recording: Recording, path: Path) -> Path:
     """v on the deformed body over time.
 
-    All that stands still is drawn once; a frame costs the triangles and one look-up in a fixed palette.
+    All that stands still is drawn once; a frame costs its pixels and one look-up in a fixed palette.
     """
     frames = film_frames(len(recording.time))
     places, extremes = [recording.points], []
@@ -197,21 +198,22 @@ def _film(recording: Recording, path: Path) -> Path:
     canvas: Any = figure.canvas
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)
+    page = np.asarray(canvas.buffer_rgba())
+    height, width, _ = page.shape
+    colours = ScalarMappable(norm, SEQUENTIAL)
+    outline = panel.add_collection(_outline(recording.points, edges, "black"), autolim=False)
     palette, images = _palette(), []
     for frame in frames:
         canvas.restore_region(still)
         x = recording.deformed(frame)
-        triangles = Triangulation(*x.T, recording.cells)
-        body = panel.tripcolor(
-            triangles, recording.field("potential", frame), shading="gouraud", norm=norm, cmap=SEQUENTIAL
-        )
-        outline = panel.add_collection(_outline(x, edges, "black"), autolim=False)
+        places = panel.transData.transform(x) * [1, -1] + [0, height]
+        pixels, v = interpolated(places, recording.cells, recording.field("potential", frame), width, height)
+        page.reshape(-1, 4)[pixels] = colours.to_rgba(v, bytes=True)
+        outline.set_segments(x[edges])
         clock.set_text(at_time(recording.time[frame]))
-        for artist in (body, outline, clock):
-            panel.draw_artist(artist)
-        body.remove()
-        outline.remove()
-        whole = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3])
+        panel.draw_artist(outline)
+        panel.draw_artist(clock)
+        whole = Image.frombuffer("RGBA", (width, height), page, "raw", "RGBA", 0, 1).convert("RGB")
         images.append(whole.quantize(palette=palette, dither=Image.Dither.NONE))
     pace = [PACE] * (len(images) - 1) + [REST]
     with writing(path):

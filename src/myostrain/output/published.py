@@ -9,15 +9,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from myostrain.engine import MPI, fem, lasting
-from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.output.folder import on_first
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import geometry as dgeometry
+
+if TYPE_CHECKING:
+    from myostrain.engine import fem
+    from myostrain.mechanics.equilibrium import Mechanics
 
 Array = npt.NDArray[np.float64]
 log = logging.getLogger("myostrain")
@@ -119,6 +120,11 @@ def positions(mechanics: Mechanics, points: Array) -> Array:
     The displacement is evaluated as it is, quadratic; of a point that is a little outside of the mesh, as
     points of a curved surface are, by that of the closest cell.
     """
+    # Here, as who only draws what was found needs no engine.
+    from myostrain.engine import MPI, lasting
+
+    from dolfinx import geometry as dgeometry
+
     mesh = mechanics.body.mesh
     comm, tdim = lasting(mesh.comm), mesh.topology.dim
     owned = np.arange(mesh.topology.index_map(tdim).size_local, dtype=np.int32)
