@@ -278,7 +278,10 @@ class Solid:
     def __post_init__(self) -> None:
         """Refuse an augmentation of what is not constrained."""
         if self.bulk_modulus is not None and self.augmentation is not None:
-            raise ValueError("an augmentation is for an incompressible body; give it or bulk_modulus")
+            raise InputError(
+                "an augmentation is for an incompressible body; give it or bulk_modulus",
+                "mechanics.augmentation",
+            )
 
     @property
     def has_pressure(self) -> bool:

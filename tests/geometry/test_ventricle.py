@@ -155,6 +155,7 @@ def grid_of(shape):
     [
         (Ventricle(epicardium=(10.0, 17.0)), "geometry.epicardium"),
         (Ventricle(epicardium=(6.0, 20.0)), "geometry.epicardium"),
+        (Ventricle(epicardium=(7.0, 17.0)), "geometry.epicardium"),
         (Ventricle(base=17.0), "geometry.base"),
         (Biventricle(base=-45.0), "geometry.base"),
         (Biventricle(right_centre=1.0, right=(20.0, 20.0, 40.0)), "geometry.right_centre"),
@@ -167,6 +168,43 @@ def test_impossible_ventricles(shape, key):
     """Docstrings, Raises: what is no ventricle, or too fine a mesh, is refused before meshing."""
     with pytest.raises(InputError, match=key.replace(".", r"\.")):
         shape.mesh(ALONE)
+    if key != "geometry.spacing":
+        with pytest.raises(InputError, match=key.replace(".", r"\.")):
+            shape.counts()  # which a run asks first
+
+
+@pytest.mark.parametrize("shape, most", [(Ventricle(spacing=1000.0), "6"), (Biventricle(spacing=50.0), "10")])
+def test_too_coarse_to_mesh(shape, most):
+    """mesh_walls, Raises: the key is the spacing's, and the message says which would do."""
+    with pytest.raises(InputError, match=rf"^geometry\.spacing: .* at most {most} \(it says: PLC"):
+        shape.mesh(ALONE)
+
+
+@pytest.mark.parametrize(
+    "spacing, layers, through, warned",
+    [
+        (3.0, None, 1, False),
+        (2.0, None, 2, True),
+        (2.0, 2, 2, False),
+        (4.0, 2, 2, False),
+        (1.5, None, 2, False),
+    ],
+)
+def test_layers(spacing, layers, through, warned, caplog):
+    """Ventricle, layers: given, or the whole number next to wall / spacing; a warning if far off."""
+    shape = Ventricle(spacing=spacing, layers=layers)
+    assert shape.cells_through == through
+    mesh = shape.mesh(ALONE).mesh
+    assert [record.levelname for record in caplog.records] == ["WARNING"] * warned
+    assert all("2 layers of cells, 1.5 thick each" in record.message for record in caplog.records)
+    depth = EllipsoidalFibres().depth(mesh.geometry.x.T) * through
+    on = [(np.abs(depth - surface) < 1e-6).sum() for surface in range(through + 1)]
+    assert min(on) > 20  # nodes on each of the surfaces between layers
+
+
+def test_layers_round_halves_up():
+    """cells_along docstring: "the next whole one, of two the greater"."""
+    assert [Ventricle(spacing=3 / n).cells_through for n in (0.5, 1.5, 2.5, 3.4, 3.5)] == [1, 2, 3, 3, 4]
 
 
 def test_quality_of_known_cells():

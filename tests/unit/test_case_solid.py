@@ -172,7 +172,12 @@ WRONG = [
         "initial.radius",
         "boundary",
     ),
-    (SOLID, {"mechanics.bulk_modulus": 9.0, "mechanics.augmentation": 9.0}, "mechanics", "give it or"),
+    (
+        SOLID,
+        {"mechanics.bulk_modulus": 9.0, "mechanics.augmentation": 9.0},
+        "mechanics.augmentation",
+        "give it or",
+    ),
     (SOLID, {"activation.transmural_between": ["bottom", "top"]}, "activation", "without transmural"),
     (STATIC, {"solver": {"potential": {"ksp_type": "cg"}}}, "solver.potential", "leave it out"),
     (SOLID, {"units": {"lenght": "mm"}}, "units.lenght", "length"),

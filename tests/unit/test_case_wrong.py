@@ -119,6 +119,7 @@ WRONG = [
         ("probes.a", ([0.0, 0.0],), "outside"),
         ("activation.beta", (1.0,), "less than 1"),
     ) for value in values),
+    (SHEET, {"activation.transmural_between": ["a", "b"]}, ("activation.transmural_between: ", "no effect")),
     (SHEET, {"geometry": {"kind": "file"}}, ("geometry.path", "missing")),
     (SHEET, {"geometry": {"kind": "file", "path": 3}}, ("geometry.path",)),
     (SHEET, {"geometry": {"kind": "file", "path": "none.msh"}}, ("geometry.path", "none.msh")),
@@ -140,6 +141,7 @@ def test_wrong_value_gets_one_message_and_nothing_is_written(tmp_path, case, cha
     message = done.err.strip()
     assert message.startswith("myostrain: ")
     assert "\n" not in message
+    assert "ArgsKwargs" not in message
     assert all(word in message for word in words), message
     assert not out.exists()
 

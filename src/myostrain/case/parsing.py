@@ -51,6 +51,9 @@ def make(
     except pydantic.ValidationError as error:
         # Of a union's complaints, the one that went deepest, and about the value rather than the type.
         found = max(error.errors(), key=lambda e: (len(e["loc"]), not e["type"].endswith("_type")))
+    cause = found.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):  # of values that do not go together, by the class itself
+        raise cause from None
     place = [part for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
     place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple", "ImposedStretch")]
     where = (sections or {}).get(str(place[0]), section) if place else section

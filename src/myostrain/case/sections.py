@@ -10,6 +10,7 @@ from typing import Any, Literal
 from myostrain import activation, geometry, kinematics, materials, membranes
 from myostrain.coupling import Implicit, SecondOrder, Staggered
 from myostrain.electrics.potential import Balance, Mass
+from myostrain.errors import InputError
 from myostrain.mechanics.equilibrium import ImposedStretch
 from myostrain.mechanics.loads import Course
 from myostrain.output.fields import FieldName
@@ -84,7 +85,7 @@ class TransmuralSection:
     def __post_init__(self) -> None:
         """Refuse sides of a wall through which nothing varies."""
         if self.transmural is None and self.transmural_between is not None:
-            raise ValueError("transmural_between has no effect without transmural")
+            raise InputError("this has no effect without transmural", "activation.transmural_between")
 
 
 @description

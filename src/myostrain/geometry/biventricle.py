@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from myostrain.errors import InputError
-from myostrain.geometry.ellipsoids import Ellipsoid, Points, below, check_counts, counts, mesh_and_name
-from myostrain.geometry.gmsh_model import to_meshed
+from myostrain.geometry.body import check_size
+from myostrain.geometry.ellipsoids import Ellipsoid, Points, below, counts, mesh_walls
 from myostrain.geometry.meshed import Meshed
 from myostrain.validation import Finite, Positive, description
 
@@ -91,6 +91,7 @@ class Biventricle:
 
     def counts(self) -> tuple[float, float]:
         """About how many nodes and cells the mesh has, before it is made."""
+        self._check()
         volume = self._volume()
         return counts(volume, 2.2 * volume / min(self.left_wall, self.right_wall), self.spacing)
 
@@ -114,26 +115,19 @@ class Biventricle:
                 inside the left one or apart from it; there would be too many cells; or gmsh is not there or
                 fails.
         """
-        self._check()
-        check_counts(self._volume(), self.spacing)
+        check_size(self.counts()[1])
 
-        def make(gmsh: Any) -> int:
-            gmsh.model.add("biventricle")
-            occ = gmsh.model.occ
-
-            def add(name: str) -> list[tuple[int, int]]:
-                return self.surfaces[name].add(gmsh)
-
-            septum_and_left, _ = occ.cut(add("left_outer"), add("left_inner"))
-            free_wall, _ = occ.cut(add("right_outer"), add("right_inner") + add("left_outer"))
+        def add(gmsh: Any) -> None:
+            occ, surfaces = gmsh.model.occ, self.surfaces
+            left, right = surfaces["left_outer"], surfaces["right_outer"]
+            septum_and_left, _ = occ.cut(left.add(gmsh), surfaces["left_inner"].add(gmsh))
+            free_wall, _ = occ.cut(right.add(gmsh), surfaces["right_inner"].add(gmsh) + left.add(gmsh))
             walls, _ = occ.fuse(septum_and_left, free_wall)
             below(gmsh, walls, self.base, self.right_centre + max(*self.left, *self.right) + self.left_wall)
-            occ.synchronize()
-            names = ("endocardium_left", "endocardium_right", "epicardium", "base")
-            mesh_and_name(gmsh, self.spacing, self._place, names)
-            return 3
 
-        return to_meshed(comm, make, "the two ventricles")
+        names = ("endocardium_left", "endocardium_right", "epicardium", "base")
+        thickness = min(self.left_wall, self.right_wall)
+        return mesh_walls(comm, add, self.spacing, thickness, self._place, names)
 
 
 def _thicker(semi_axes: tuple[float, float, float], wall: float) -> tuple[float, float, float]:

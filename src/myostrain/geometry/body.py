@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -128,8 +129,8 @@ def build(geometry: Any, fibres: Fibres | None = None, comm: Any = MPI.COMM_WORL
 
 
 def cells_along(length: float, spacing: float) -> int:
-    """Number of cells of about ``spacing`` along a length."""
-    return max(1, round(length / spacing))
+    """Number of cells of about ``spacing`` along a length: the next whole one, of two the greater."""
+    return max(1, math.floor(length / spacing + 0.5))
 
 
 def check_size(cells: float, key: str = "geometry.spacing") -> None:

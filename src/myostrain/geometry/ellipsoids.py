@@ -6,7 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from myostrain.geometry.body import check_size
+from myostrain.errors import InputError
+from myostrain.geometry.gmsh_model import to_meshed
+from myostrain.geometry.meshed import Meshed
 
 import numpy as np
 import numpy.typing as npt
@@ -54,46 +56,66 @@ def below(gmsh: Any, shape: list[tuple[int, int]], z: float, reach: float) -> li
     return list(occ.intersect(shape, box)[0])
 
 
-def mesh_and_name(
-    gmsh: Any, spacing: float, place: Callable[[Points], str], boundaries: Sequence[str]
-) -> None:
-    """Mesh the volumes of gmsh's model and name what bounds them together by where its nodes are.
+def mesh_walls(
+    comm: Any,
+    add: Callable[[Any], None],
+    spacing: float,
+    thickness: float,
+    place: Callable[[Points], str],
+    boundaries: Sequence[str],
+) -> Meshed:
+    """Mesh volumes with gmsh, and name what bounds them together by where its nodes are.
 
     Args:
-        gmsh: The module.
+        comm: MPI communicator over which the mesh is spread.
+        add: Adds the volumes to the model of the gmsh that it is given.
         spacing: Edge length wanted.
+        thickness: Least thickness of the walls, for advice.
         place: Gives the name of a surface that has these nodes (n, 3).
         boundaries: The names, numbered from 1 in this order.
+
+    Raises:
+        InputError: Gmsh is not there or fails.
     """
-    model = gmsh.model
-    for option, value in {"MeshSizeMin": spacing, "MeshSizeMax": spacing, "OptimizeNetgen": 1}.items():
-        gmsh.option.setNumber(f"Mesh.{option}", value)
-    model.mesh.generate(3)
-    named: dict[str, list[int]] = {name: [] for name in boundaries}
-    for _, surface in model.getBoundary(model.getEntities(3), oriented=False):
-        _, coordinates, _ = model.mesh.getNodes(2, surface, includeBoundary=True)
-        named[place(np.asarray(coordinates).reshape(-1, 3))].append(surface)
-    for number, (name, surfaces) in enumerate(named.items(), start=1):
-        model.addPhysicalGroup(2, surfaces, number, name)
-    model.addPhysicalGroup(3, [volume for _, volume in model.getEntities(3)], 1, "wall")
+
+    def make(gmsh: Any) -> int:
+        model = gmsh.model
+        model.add("walls")
+        for option, value in {"MeshSizeMin": spacing, "MeshSizeMax": spacing, "OptimizeNetgen": 1}.items():
+            gmsh.option.setNumber(f"Mesh.{option}", value)
+        try:
+            add(gmsh)
+            model.occ.synchronize()
+            model.mesh.generate(3)
+        except Exception as error:  # gmsh raises plain Exception
+            says = " ".join(str(error).split())
+            raise InputError(
+                f"gmsh cannot mesh such a wall at this spacing: the wall is {thickness:.3g} thick, choose at "
+                f"most {2 * thickness:.3g} (it says: {says})",
+                "geometry.spacing",
+            ) from error
+        named: dict[str, list[int]] = {name: [] for name in boundaries}
+        for _, surface in model.getBoundary(model.getEntities(3), oriented=False):
+            _, coordinates, _ = model.mesh.getNodes(2, surface, includeBoundary=True)
+            named[place(np.asarray(coordinates).reshape(-1, 3))].append(surface)
+        for number, (name, surfaces) in enumerate(named.items(), start=1):
+            model.addPhysicalGroup(2, surfaces, number, name)
+        model.addPhysicalGroup(3, [volume for _, volume in model.getEntities(3)], 1, "wall")
+        return 3
+
+    return to_meshed(comm, make, "the wall")
 
 
 def counts(volume: float, surface: float, spacing: float) -> tuple[float, float]:
-    """About how many nodes and cells a mesh has, refused if they are too many.
+    """About how many nodes and cells a mesh has.
 
     Args:
         volume: Volume of the body.
         surface: Area of its surface.
         spacing: Edge length.
     """
-    nodes = NODES_INSIDE * volume / spacing**3 + NODES_ON_SURFACE * surface / spacing**2
-    return nodes, CELLS * volume / spacing**3
-
-
-def check_counts(volume: float, spacing: float) -> None:
-    """Refuse a spacing that gives too many cells.
-
-    Raises:
-        InputError: There would be too many.
-    """
-    check_size(CELLS * (volume / spacing) / spacing / spacing)
+    nodes = (
+        NODES_INSIDE * (volume / spacing) / spacing / spacing
+        + NODES_ON_SURFACE * (surface / spacing) / spacing
+    )
+    return nodes, CELLS * (volume / spacing) / spacing / spacing

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import logging
 from itertools import pairwise
 from typing import Any
 
 from myostrain.errors import InputError
-from myostrain.geometry.body import cells_along
-from myostrain.geometry.ellipsoids import Ellipsoid, Points, below, check_counts, counts, mesh_and_name
-from myostrain.geometry.gmsh_model import to_meshed
+from myostrain.geometry.body import cells_along, check_size
+from myostrain.geometry.ellipsoids import Ellipsoid, Points, below, counts, mesh_walls
 from myostrain.geometry.meshed import Meshed
-from myostrain.validation import Finite, Positive, description
+from myostrain.validation import Count, Finite, Positive, description
 
 import numpy as np
+
+#: How far the thickness of a layer may be from the spacing, as a share of it, without a warning.
+UNEVEN = 0.2
+
+log = logging.getLogger("myostrain")
 
 
 @description
@@ -23,20 +28,23 @@ class Ventricle:
     The defaults are those of problems 2 and 3 of Land et al. 2015 (Proc. R. Soc. A 471: 20150641,
     doi 10.1098/rspa.2015.0641), in mm. Any unit of length will do if the others fit it.
 
-    The mesh is gmsh's, of straight tetrahedra, so that its volume tends to :attr:`volume` like spacing². It
-    has round(wall / spacing) layers of cells; at least two are needed for fibres that turn within the wall.
+    The mesh is gmsh's, of straight tetrahedra, so that its volume tends to :attr:`volume` like spacing². Its
+    cells lie in layers through the wall; at least two are needed for fibres that turn within the wall.
 
     Args:
         endocardium: Semi-axes (short, long) of the inner ellipsoid, across and along Z.
         epicardium: Semi-axes (short, long) of the outer ellipsoid, larger than the inner ones.
         base: Height Z of the plane, within the inner ellipsoid.
         spacing: Edge length wanted.
+        layers: Layers of cells through the wall; the whole number next to wall / spacing unless given, with
+            a warning where a layer's thickness is a fifth or more off the spacing.
     """
 
     endocardium: tuple[Positive, Positive] = (7.0, 17.0)
     epicardium: tuple[Positive, Positive] = (10.0, 20.0)
     base: Finite = 5.0
     spacing: Positive = 1.5
+    layers: Count | None = None
 
     def _check(self) -> None:
         """Refuse numbers that do not make such a body together."""
@@ -59,9 +67,9 @@ class Ventricle:
         return Ellipsoid((float(short), float(short), float(long)))
 
     @property
-    def layers(self) -> int:
-        """Number of layers of cells in the wall."""
-        return cells_along(self._thickness, self.spacing)
+    def cells_through(self) -> int:
+        """Number of layers of cells through the wall."""
+        return self.layers or cells_along(self._thickness, self.spacing)
 
     @property
     def _thickness(self) -> float:
@@ -79,7 +87,8 @@ class Ventricle:
 
     def counts(self) -> tuple[float, float]:
         """About how many nodes and cells the mesh has, before it is made."""
-        spacing = np.cbrt(self.spacing**2 * self._thickness / self.layers)
+        self._check()
+        spacing = np.cbrt(self.spacing**2 * self._thickness / self.cells_through)
         return counts(self.volume, 2.2 * self.volume / self._thickness, float(spacing))
 
     def _place(self, points: Points) -> str:
@@ -95,20 +104,23 @@ class Ventricle:
             InputError: The ellipsoids are not one within the other, the plane misses the inner one, there
                 would be too many cells, or gmsh is not there or fails.
         """
-        self._check()
-        check_counts(self.volume, self.spacing)
+        check_size(self.counts()[1])
+        layers, thickness = self.cells_through, self._thickness / self.cells_through
+        if self.layers is None and abs(thickness / self.spacing - 1) > UNEVEN and comm.rank == 0:
+            log.warning(
+                "the wall, %.4g thick, has %d layers of cells, %.3g thick each, where the spacing is %.4g: "
+                "geometry.layers sets their number",
+                *(self._thickness, layers, thickness, self.spacing),
+            )
 
-        def make(gmsh: Any) -> int:
-            gmsh.model.add("ventricle")
+        def add(gmsh: Any) -> None:
             occ, walls = gmsh.model.occ, []
-            surfaces = [self.at_depth(t) for t in np.linspace(0, 1, self.layers + 1)]
+            surfaces = [self.at_depth(t) for t in np.linspace(0, 1, layers + 1)]
             for inner, outer in pairwise(surfaces):
                 layer, _ = occ.cut(outer.add(gmsh), inner.add(gmsh))
                 walls += below(gmsh, layer, self.base, max(self.epicardium))
-            if self.layers > 1:
+            if layers > 1:
                 occ.fragment(walls[:1], walls[1:])
-            occ.synchronize()
-            mesh_and_name(gmsh, self.spacing, self._place, ("endocardium", "epicardium", "base"))
-            return 3
 
-        return to_meshed(comm, make, "the ventricle")
+        names = ("endocardium", "epicardium", "base")
+        return mesh_walls(comm, add, self.spacing, thickness, self._place, names)

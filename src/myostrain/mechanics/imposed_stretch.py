@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from myostrain.errors import InputError
 from myostrain.validation import Positive, description
 
 from pydantic import Field
@@ -24,6 +25,7 @@ class ImposedStretch:
     def __post_init__(self) -> None:
         """Refuse an ``until`` that is no time."""
         if not self.until > 0:
-            raise ValueError(
-                f"until = {self.until} is no time after the start; give a positive number or inf"
+            raise InputError(
+                f"{self.until} is no time after the start; give a positive number or inf",
+                "mechanics.imposed_stretch.until",
             )
