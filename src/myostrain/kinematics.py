@@ -152,8 +152,8 @@ def _held(constraint: Constraint, stretches: Sequence[float]) -> float:
         return ratio
     if abs(ratio - 1) > HELD:
         raise InputError(
-            f"the stretches {', '.join(f'{stretch:g}' for stretch in stretches)} have det F = {ratio:.6g}, and "
-            f"the body keeps J = 1: give stretches whose product is 1 to {HELD:g}",
+            f"the stretches {', '.join(f'{stretch:g}' for stretch in stretches)} have det F = {ratio:.6g}, "
+            f"and the body keeps J = 1: give stretches whose product is 1 to {HELD:g}",
             "mechanics.imposed_stretch",
         )
     return 1.0

@@ -13,7 +13,7 @@ from myostrain import geometry, kinematics
 from myostrain.activation import ActiveStress, Proportional
 from myostrain.case import size_estimate
 from myostrain.case.overrides import override
-from myostrain.case.parsing import dotted, make, make_probes, make_solver, pick, plain, shown, word
+from myostrain.case.parsing import make, make_probes, make_solver, pick, plain, word
 from myostrain.case.sections import (
     CELLS,
     DEFORMATIONS,
@@ -37,7 +37,7 @@ from myostrain.electrics.given_potential import Drive, GivenPotential
 from myostrain.electrics.initial_values import BoundaryBump, Bump
 from myostrain.electrics.potential import Potential
 from myostrain.engine import MPI
-from myostrain.errors import InputError, nearest
+from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.mechanics.equilibrium import ImposedStretch, Mechanics
 from myostrain.run.simulation import Simulation
 

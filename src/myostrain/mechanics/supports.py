@@ -19,8 +19,8 @@ Array = npt.NDArray[np.float64]
 #: Rigid motions by the body's dimension.
 MODES = {1: 1, 2: 3, 3: 6}
 
-#: How far nodes of a plane part may be off their plane, of the body's diagonal: coordinates in single precision
-#: are off by some 1e-7.
+#: How far nodes of a plane part may be off their plane, of the body's diagonal: coordinates in single
+#: precision are off by some 1e-7.
 FLAT = 1e-6
 
 
@@ -90,9 +90,10 @@ def plane_axis(body: Body, name: str) -> int:
     flat = np.flatnonzero(spread <= FLAT * size)
     if len(flat) != 1:
         raise InputError(
-            f"'{name}' is in no plane across {', '.join('XYZ'[: body.dim])}, in which it could slide (it extends "
-            f"over {', '.join(f'{s:.3g}' for s in spread)} along these axes; a plane may deviate by {FLAT:g} of "
-            f"the body's diagonal, {FLAT * size:.3g}); fix it, or give it a stiffness along its normal in "
+            f"'{name}' is in no plane across {', '.join('XYZ'[: body.dim])}, in which it could slide (it "
+            f"extends over {', '.join(f'{s:.3g}' for s in spread)} along these axes; a plane may deviate by "
+            f"{FLAT:g} of the body's diagonal, {FLAT * size:.3g}); fix it, or give it a stiffness "
+            "along its normal in "
             "mechanics.robin_normal",
             "mechanics.sliding",
         )
