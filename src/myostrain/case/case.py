@@ -288,6 +288,11 @@ class Case:
             return None
         return geometry.transmural(body, ends, self.transmural.transmural_between)
 
+    def _files(self) -> dict[str, tuple[Path, ...]]:
+        """The files that the case is from, by the key that names them."""
+        parts = {"geometry.path": self.geometry, "fibres.path": self.fibres}
+        return {key: part.files for key, part in parts.items() if hasattr(part, "files")}
+
     def simulation(
         self,
         comm: Any = MPI.COMM_WORLD,
@@ -318,7 +323,7 @@ class Case:
             ellipticity=self.mechanics.ellipticity,
             force=force,
             resume=resume,
-            case={"name": self.name, "parameters": self.parameters},
+            case={"name": self.name, "parameters": self.parameters, "files": self._files()},
             setup_seconds=time.perf_counter() - begin,
         )
 
