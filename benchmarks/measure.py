@@ -85,12 +85,13 @@ def textbook(steps: int, dt: float, spacing: float) -> dict:
 
     case = ms.Case.from_file(cases.path("sheet-2d"), [f"geometry.spacing={spacing}"])
     mesh = ms.build(case.geometry, case.fibres).mesh
-    (a, b), bump = case.initial.center, case.initial
+    (bump,) = case.initial
+    a, b = bump.where.center
     solution = Textbook(
         mesh,
         fibre=case.fibres.direction,
         dt=dt,
-        initial=lambda x: np.where(np.hypot(x[0] - a, x[1] - b) <= bump.radius, bump.potential, 0.0),
+        initial=lambda x: np.where(np.hypot(x[0] - a, x[1] - b) <= bump.where.radius, bump.potential, 0.0),
     )
     seen = ActivationTimes(solution.v, Probes(solution.v.function_space, case.probes))
     spent = []

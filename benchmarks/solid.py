@@ -44,19 +44,16 @@ def box(n):
 def ours(n, options: dict) -> dict:
     """Run the slab by myostrain."""
     import myostrain as ms
-    from myostrain.activation import Proportional
     from myostrain.geometry import Body, Meshed, UniformFibres
     from myostrain.kinematics import Solid
     from myostrain.materials import NeoHookean
 
     meshed = Meshed(box(n), None, {}, None, {})
     body = Body(meshed, UniformFibres(direction=(1.0, 0.0, 0.0)).directions_on(meshed))
-    solid = ms.Mechanics(
-        body, kinematics=Solid(), material=NeoHookean(), law=Proportional(beta=GAMMA), options=options or None
-    )
+    solid = ms.Mechanics(body, kinematics=Solid(), material=NeoHookean(), options=options or None)
     spent, counts, begin = [], [], time.process_time()
     for step in range(STEPS + 1):
-        solid.v.x.array[:] = step / STEPS
+        solid.activation.x.array[:] = -GAMMA * step / STEPS
         before = solid.seconds
         if step:
             solid.solve(step / STEPS)

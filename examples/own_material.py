@@ -26,8 +26,10 @@ class Saturating:
 
     beta: float = 0.2
     half: float = 0.3
+    drivers = ("potential",)
 
-    def gamma(self, v):
+    def activation(self, states, drivers):
+        v = drivers["potential"]
         return -self.beta * v**2 / (v**2 + self.half**2)
 
 
@@ -45,7 +47,7 @@ class AlievPanfilov:
     def resting_potential(self):
         return 0.0
 
-    def initial_states(self):
+    def resting_states(self):
         return (0.0,)
 
     def current(self, v, states):
@@ -61,14 +63,16 @@ mechanics = ms.Mechanics(
     body,
     kinematics=ms.kinematics.PlaneStress(),
     material=FibreReinforced(),
-    law=Saturating(),
     fixed=["left"],
 )
 potential = ms.Potential(
-    body, cell=AlievPanfilov(), diffusivity=(1.0, 0.25), deformation=mechanics.deformation
+    body,
+    membrane=AlievPanfilov(),
+    diffusivity=(1.0, 0.25),
+    deformation=mechanics.deformation,
+    initial=[ms.InitialValues(where=ms.Place(center=(0, 0), radius=4), potential=1.0)],
 )
-ms.Bump(potential=1.0, center=(0, 0), radius=4).apply(potential)
-model = ms.Electromechanics(potential, mechanics)
+model = ms.Electromechanics(potential, mechanics, law=Saturating())
 probes = {"near": (10, 5), "far": (20, 10)}
 simulation = ms.Simulation(model, step=0.05, end=30, probes=probes, out="runs/own-material", force=True)
 results = simulation.run()

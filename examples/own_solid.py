@@ -45,20 +45,20 @@ mechanics = ms.Mechanics(
     body,
     kinematics=ms.kinematics.Solid(),
     material=Reinforced(),
-    law=ms.activation.Proportional(beta=0.3),
-    deformation=Biaxial(),
+    active=Biaxial(),
     sliding=["left", "front", "bottom"],
     tolerance=1e-5,
 )
 potential = ms.Potential(
     body,
-    cell=ms.membranes.FitzHughNagumo(),
+    membrane=ms.membranes.FitzHughNagumo(),
     diffusivity=(100.0, 25.0),
     mass="averaged",
     deformation=mechanics.deformation,
+    initial=[ms.InitialValues(where=ms.Place(center=(0, 0, 0), radius=4), potential=0.9)],
 )
-ms.Bump(potential=0.9, center=(0, 0, 0), radius=4).apply(potential)
-model = ms.Electromechanics(potential, mechanics, ms.SecondOrder(every=4))
+law = ms.activation.Proportional(beta=0.3)
+model = ms.Electromechanics(potential, mechanics, law=law, scheme=ms.SecondOrder(every=4))
 probes = {"near": (4, 2, 1), "far": (10, 2, 1)}
 simulation = ms.Simulation(model, step=4e-3, end=0.8, probes=probes, out="runs/own-solid", force=True)
 results = simulation.run()

@@ -4,22 +4,21 @@ import myostrain as ms
 
 body = ms.build(ms.geometry.Slab(size=(2, 1, 1)), ms.UniformFibres(direction=(1, 0, 0)))
 drive = ms.GivenPotential(body, ms.Drive(potential=((0, 0), (1, 1))))  # from 0 to 1, then 1
-none = ms.activation.Proportional(beta=0.0)
-activations = {
-    "active strain": dict(law=ms.activation.Proportional(beta=0.15)),
-    "active stress": dict(law=none, active_stress=ms.activation.ActiveStress(tension=2.83)),  # kPa
+activations = {  # a law, and what it does
+    "active strain": (ms.activation.Proportional(beta=0.15), ms.activation.Fibre()),
+    "active stress": (ms.activation.ActiveStress(tension=2.83), ms.activation.FibreTension()),  # kPa
 }
 stretches = {}
-for name, activation in activations.items():
+for name, (law, active) in activations.items():
     mechanics = ms.Mechanics(
         body,
         kinematics=ms.kinematics.Solid(),
         material=ms.materials.Guccione1995(),
+        active=active,
         sliding=["left", "front", "bottom"],
         pressure={"right": ((1, 0), (2, -5))},  # a pull of up to 5 kPa, after the contraction
-        **activation,
     )
-    model = ms.Electromechanics(drive, mechanics, ms.Implicit())
+    model = ms.Electromechanics(drive, mechanics, law=law, scheme=ms.Implicit())
     metrics = ms.Simulation(model, step=0.25, end=2.0).run()["metrics"]
     stretches[name] = 1 - metrics["fibre_shortening"], metrics["fibre_stretch_mean"]
     print("{}: stretch {:.4f} when free, {:.4f} when pulled".format(name, *stretches[name]))

@@ -20,7 +20,7 @@ def line(
     spacing=1.0,
     beta=0.3,
     law=None,
-    cell=None,
+    membrane=None,
     balance="conservative",
     relaxation_time=0.0,
     held=None,
@@ -36,7 +36,6 @@ def line(
         body,
         kinematics=ms.kinematics.Line(),
         material=ms.materials.Spring(),
-        law=law or ms.activation.Proportional(beta=beta),
         fixed=["left"],
         relaxation_time=relaxation_time,
         imposed_stretch=None if held is None else ms.ImposedStretch(value=held[0], until=held[1]),
@@ -44,13 +43,14 @@ def line(
     )
     potential = ms.Potential(
         body,
-        cell=cell or ms.membranes.FitzHughNagumo(),
+        membrane=membrane or ms.membranes.FitzHughNagumo(),
         diffusivity=100.0,
         balance=balance,
         deformation=mechanics.deformation,
         options=options,
     )
-    model = ms.Electromechanics(potential, mechanics, scheme)
+    law = law or ms.activation.Proportional(beta=beta)
+    model = ms.Electromechanics(potential, mechanics, law=law, scheme=scheme)
     potential.v.x.array[:] = (initial or gaussian)(coordinates(potential)[:, 0])
     return model
 
@@ -65,19 +65,18 @@ def sheet(scheme=None, *, kinematics=None, diffusivity=100.0, relaxation_time=0.
         body,
         kinematics=kinematics or ms.kinematics.PlaneStress(),
         material=ms.materials.NeoHookean(),
-        law=ms.activation.Proportional(beta=0.3),
         robin=1.0,
         relaxation_time=relaxation_time,
         tolerance=1e-11,
     )
     potential = ms.Potential(
         body,
-        cell=ms.membranes.FitzHughNagumo(),
+        membrane=ms.membranes.FitzHughNagumo(),
         diffusivity=diffusivity,
         deformation=mechanics.deformation,
         options=options,
     )
-    model = ms.Electromechanics(potential, mechanics, scheme)
+    model = ms.Electromechanics(potential, mechanics, scheme=scheme)
     potential.v.x.array[:] = 0.9 * np.exp(-((coordinates(potential) / 9) ** 2).sum(axis=1))
     return model
 
@@ -103,7 +102,7 @@ def advance(model, step, end):
 
 def fields(model):
     """Copies of potential, states and displacement by name."""
-    found = {field.name: field.x.array.copy() for field in model.potential.fields}
+    found = {name: values.copy() for name, values in model.potential.field_values().items()}
     if model.mechanics is not None:
         found["displacement"] = model.mechanics.u.x.array.copy()
     return found

@@ -1,6 +1,7 @@
 """Shared by the tests of mechanics: numpy's own 3D algebra, and fields that hold one sample a cell."""
 
 import myostrain as ms
+from myostrain.activation import Fibre
 from myostrain.engine import MPI, fem, jit_options
 from myostrain.solvers.newton import ChordNewton
 
@@ -18,13 +19,13 @@ class Recorded(ChordNewton):
 
 
 class GivenStrain:
-    """An activation law of a user's own: γ is the UFL expression or number given, whatever the potential."""
+    """An active deformation of a user's own: γ is the UFL expression or number given, come what may."""
 
-    def __init__(self, gamma):
-        self.value = gamma
+    def __init__(self, gamma, deformation=None):
+        self.value, self.deformation = gamma, deformation or Fibre()
 
-    def gamma(self, v):
-        return self.value
+    def tensor(self, gamma, fibres):
+        return self.deformation.tensor(ufl.as_ufl(self.value), fibres)
 
 
 def sample_mesh(n):
@@ -130,7 +131,7 @@ def sheet(size=(2.0, 1.0), spacing=0.25, fibre=(2.0, 1.0)):
     return ms.build(ms.geometry.Rectangle(size=size, spacing=spacing), ms.UniformFibres(direction=fibre))
 
 
-def random_potential(mechanics, seed=1, low=0.0, high=1.0):
-    """A potential that changes from node to node."""
-    v = mechanics.v.x.array
-    v[:] = np.random.default_rng(seed).uniform(low, high, len(v))
+def random_activation(mechanics, beta=0.3, seed=1):
+    """γ = −β v of a potential v between 0 and 1 that changes from node to node."""
+    gamma = mechanics.activation.x.array
+    gamma[:] = -beta * np.random.default_rng(seed).uniform(0.0, 1.0, len(gamma))

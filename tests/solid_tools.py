@@ -10,7 +10,6 @@ from contextlib import contextmanager
 import myostrain as ms
 import myostrain.mechanics.equilibrium
 from myostrain import activation, engine, materials
-from myostrain.activation import ActiveStress, Proportional
 from myostrain.engine import compile_form, fem
 from myostrain.geometry import Body
 from myostrain.kinematics import Solid
@@ -33,6 +32,11 @@ DEFORMATIONS = [
     cls
     for name in activation.__all__
     if hasattr(cls := getattr(activation, name), "tensor") and cls is not activation.ActiveDeformation
+]
+TENSIONS = [
+    cls
+    for name in activation.__all__
+    if hasattr(cls := getattr(activation, name), "energy") and cls is not activation.ActiveTension
 ]
 
 
@@ -74,6 +78,13 @@ class OneDeformation(OneOf):
         return self.sum_of("tensor", gamma, fibres)
 
 
+class OneTension(OneOf):
+    """What a tension does, one of several."""
+
+    def energy(self, F, fibres, tension):
+        return self.sum_of("energy", F, fibres, tension)
+
+
 class OneConstraint(OneOf):
     """An incompressible solid of the one or the other constraint."""
 
@@ -100,29 +111,26 @@ class OneConstraint(OneOf):
 
 
 class Solids:
-    """A mechanics whose material, active deformation and constraint are chosen after it was compiled.
+    """A mechanics whose material, activation and constraint are chosen after it was compiled.
 
     Args:
         body: The body.
         materials: Materials to choose from.
-        deformations: Active deformations to choose from.
-        tension: Whether an active stress is there beside; :attr:`tension` is its constant, zero at first.
+        actives: Active deformations to choose from, or active tensions.
         others: What mechanics takes besides.
     """
 
-    def __init__(self, body, materials, deformations, tension=False, **others):
+    def __init__(self, body, materials, actives, **others):
         self.material = OneMaterial(body.mesh, materials)
-        self.deformation = OneDeformation(body.mesh, deformations)
+        strains = hasattr(actives[0], "tensor")
+        self.active = (OneDeformation if strains else OneTension)(body.mesh, actives)
         self.constraint = OneConstraint(body.mesh)
-        self.tension = fem.Constant(body.mesh, 0.0)
-        stress = ActiveStress(tension=self.tension, transverse=0.3) if tension else None
-        others = {"law": Proportional(beta=0.5), "tolerance": 1e-12} | others
+        others = {"tolerance": 1e-12} | others
         self.mechanics = recorded(
             body,
             kinematics=self.constraint,
             material=self.material,
-            deformation=self.deformation,
-            active_stress=stress,
+            active=self.active,
             **others,
         )
         with quick_kernels():  # compiled once, as it takes seconds each time
@@ -134,16 +142,15 @@ class Solids:
         """F at the cells' midpoints, (cells, 3, 3)."""
         return np.eye(3) + self.grad_u()
 
-    def choose(self, material=None, deformation=None, constraint=None, tension=0.0):
+    def choose(self, material=None, active=None, constraint=None):
         """Choose by name and return the mechanics, at rest."""
         for part, name in (
             (self.material, material),
-            (self.deformation, deformation),
+            (self.active, active),
             (self.constraint, constraint),
         ):
             if name is not None:
                 part.choose(name)
-        self.tension.value = tension
         self.mechanics.solver.forget()
         self.mechanics.u.x.array[:] = 0.0
         return self.mechanics

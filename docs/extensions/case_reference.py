@@ -8,10 +8,10 @@ import typing
 from collections.abc import Mapping
 from pathlib import Path
 
+from myostrain import activation
 from myostrain.case import sections as case
 from myostrain.electrics import given_potential as drive
-from myostrain.electrics import initial_values as initial
-from myostrain.electrics import potential
+from myostrain.electrics import initial_values, place, potential, stimulus
 from myostrain.mechanics import equilibrium as mechanics
 from myostrain.mechanics import imposed_stretch
 from myostrain.run import simulation
@@ -34,14 +34,16 @@ values into `probes.csv`. The celerity is taken between the first two.
 
 #: Where more is to be said than whether the section must be there.
 NEEDED = {
-    "initial": "This section must be there, unless `[drive]` is.",
+    "initial": "This section, or `[[stimulus]]`, must be there, unless `[drive]` is. Several are "
+    "`[[initial]]`; later ones win.",
+    "stimulus": "This section may be left out. Several are `[[stimulus]]`; they add up.",
     "drive": "This section may take the place of `[cell]`, `[potential]` and `[initial]`.",
 }
 
 SOLVER = """
 `[solver.potential]` and `[solver.mechanics]` hold options of PETSc's linear solvers without a prefix, such as
-`ksp_type`, `pc_type` or `ksp_rtol`. They win over the defaults. What does not choose or tune a solver is
-refused, as it may run code or write files; `ksp_monitor`, `ksp_view` and `ksp_converged_reason = true` print.
+`ksp_type`, `pc_type` or `ksp_rtol`. They win over the defaults. Options that would run code or touch files
+are refused.
 """.strip()
 
 
@@ -54,15 +56,21 @@ def reference() -> str:
         "cell": [choice("model", case.CELLS, "FitzHughNagumo"), *variants("model", case.CELLS)],
         "potential": [keys(case.PotentialSection)],
         "initial": [
-            keys(initial.Bump, intro=True),
-            "### With `boundary`",
-            keys(initial.BoundaryBump, intro=True),
+            keys(initial_values.InitialValues, intro=True, without=("where",)),
+            "### Where",
+            keys(place.Place, intro=True),
+        ],
+        "stimulus": [
+            keys(stimulus.Stimulus, intro=True, without=("where",)),
+            "The place has the same keys as that of `[initial]`.",
         ],
         "drive": [keys(drive.Drive, intro=True)],
         "activation": [
             choice("law", case.LAWS, "proportional"),
             choice("deformation", case.DEFORMATIONS, "fibre"),
             *variants("law", case.LAWS),
+            "### With a law that yields a tension",
+            keys(activation.FibreTension, intro=True),
             *variants("deformation", case.DEFORMATIONS),
             "### For all laws",
             keys(case.TransmuralSection),
@@ -109,12 +117,12 @@ def variants(key, choices, moved=None):
         yield keys(cls, intro=True, moved=moved)
 
 
-def keys(cls, *, intro=False, moved=None):
-    """The keys of a class: type, default, meaning."""
+def keys(cls, *, intro=False, moved=None, without=()):
+    """The keys of a class: type, default, meaning; but for some."""
     parts = [summary(cls)] if intro else []
     hints = typing.get_type_hints(cls, include_extras=True)
     meanings = {**arguments(MEANINGS.get(cls)), **arguments(cls)}
-    fields = dataclasses.fields(cls)
+    fields = [field for field in dataclasses.fields(cls) if field.name not in without]
     for field in fields:
         meaning = meanings[field.name]
         name = (moved or {}).get(field.name, field.name)

@@ -19,18 +19,17 @@ if TYPE_CHECKING:
     from myostrain import activation, geometry, kinematics, materials, membranes, theory
     from myostrain.case.case import Case
     from myostrain.case.running import run_case
-    from myostrain.coupling import Electromechanics, Implicit, SecondOrder, Staggered
-    from myostrain.electrics import BoundaryBump, Bump, Drive, GivenPotential, Potential
+    from myostrain.coupling import Electromechanics
+    from myostrain.electrics import Drive, GivenPotential, InitialValues, Place, Potential, Stimulus
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
     from myostrain.mechanics import ImposedStretch, Mechanics
     from myostrain.run.simulation import Simulation
+    from myostrain.schemes import Implicit, SecondOrder, Staggered
 
     __version__: str
 
 __all__ = [
-    "BoundaryBump",
-    "Bump",
     "Case",
     "ComputationError",
     "Drive",
@@ -38,13 +37,16 @@ __all__ = [
     "GivenPotential",
     "Implicit",
     "ImposedStretch",
+    "InitialValues",
     "InputError",
     "Mechanics",
     "MyostrainError",
+    "Place",
     "Potential",
     "SecondOrder",
     "Simulation",
     "Staggered",
+    "Stimulus",
     "UniformFibres",
     "activation",
     "build",
@@ -60,18 +62,23 @@ __all__ = [
 _MODULES = {
     "case.case": ("Case",),
     "case.running": ("run_case",),
-    "coupling": ("Electromechanics", "Implicit", "SecondOrder", "Staggered"),
-    "electrics": ("BoundaryBump", "Bump", "Drive", "GivenPotential", "Potential"),
+    "coupling": ("Electromechanics",),
+    "electrics": ("Drive", "GivenPotential", "InitialValues", "Place", "Potential", "Stimulus"),
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),
     "mechanics": ("ImposedStretch", "Mechanics"),
     "run.simulation": ("Simulation",),
+    "schemes": ("Implicit", "SecondOrder", "Staggered"),
 }
 _WHERE = {name: module for module, names in _MODULES.items() for name in names}
 
 #: Names of earlier versions, and what took their place.
 _OLD = {
     "cells": "ms.cells is now ms.membranes",
+    "Bump": "ms.Bump is now ms.InitialValues(where=ms.Place(center=..., radius=...), potential=...), "
+    "given to ms.Potential(initial=[...])",
+    "BoundaryBump": "ms.BoundaryBump is now ms.InitialValues(where=ms.Place(boundary=[...]), potential=...), "
+    "given to ms.Potential(initial=[...])",
 }
 
 

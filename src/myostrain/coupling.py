@@ -1,35 +1,28 @@
-"""Electromechanics: the order of the sub-steps, and what is handed over between potential and mechanics.
+"""Electromechanics: what potential, activation and mechanics hand each other.
 
-Each scheme below is one page of that order; nothing else in myostrain knows both sides.
+The order of the sub-steps is in :mod:`myostrain.schemes`; nothing else knows both sides.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar, Protocol
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
+from myostrain.activation import ActivationLaw, NodalActivation, Proportional
 from myostrain.electrics.potential import Potential
 from myostrain.errors import ComputationError, InputError
 from myostrain.history import backward_difference, extrapolation_weights
 from myostrain.mechanics.equilibrium import Mechanics
+from myostrain.schemes import STRONG, Scheme, SecondOrder
 from myostrain.solvers.linear import largest
-from myostrain.state import State
-from myostrain.validation import Count, Positive, description
+from myostrain.state import FieldState, State
+from myostrain.transfer import SameMesh, Transfer
 
 import numpy as np
+import numpy.typing as npt
 
-#: Largest −v γ′/(1 + γ) for which an extrapolated body is stable where J follows v (2/3, with a margin).
-STRONG = 0.66
-
-
-class Scheme(Protocol):
-    """One way to advance the coupled problem by a step."""
-
-    order: ClassVar[int]
-    """Order of the scheme in the time step, measured by a test."""
-
-    def advance(self, model: Electromechanics, start: float, end: float) -> None:
-        """Advance from time ``start`` to ``end``."""
-        ...
+Array = npt.NDArray[np.float64]
 
 
 class Electromechanics:
@@ -39,54 +32,108 @@ class Electromechanics:
         potential: The potential on the deforming body, or one that is given
             (:class:`GivenPotential`).
         mechanics: The deforming body; None for a rigid one.
+        law: How the activation follows potential, membrane, stretch and time; the paper's γ = −0.3 v unless
+            given. It yields γ or a tension, as the mechanics takes it.
         scheme: How to advance; second order, mechanics every step, unless given.
+        activity: Factor on γ or the tension, a number or one at each node (nodes,), such as
+            :func:`myostrain.geometry.transmural` gives.
+        transfer: What the two meshes hand each other; they are the same mesh unless given.
 
     Attributes:
         time: Simulated time of the present state.
+        activation: The law's states, and γ or the tension at the nodes; None for a rigid body.
         coupling_iterations: Fixed-point iterations done so far (the implicit scheme).
         feedback: By how much J v answers to v through J, see :func:`check_well_posed`.
         displacement_lag: Largest difference so far between the body that the potential was solved on and the
             one that mechanics then found for the same time (the schemes of one pass).
 
     Raises:
-        InputError: The activation makes Fo singular, or the conservative balance ill-posed; or mechanics is
-            to be solved every few steps where each must be iterated.
+        InputError: The law is none, or does not fit the mechanics; it makes Fo singular, or the conservative
+            balance ill-posed; or mechanics is to be solved every few steps where each must be iterated.
     """
 
     def __init__(
-        self, potential: Potential, mechanics: Mechanics | None = None, scheme: Scheme | None = None
+        self,
+        potential: Potential,
+        mechanics: Mechanics | None = None,
+        *,
+        law: ActivationLaw | None = None,
+        scheme: Scheme | None = None,
+        activity: float | Array = 1.0,
+        transfer: Transfer | None = None,
     ) -> None:
-        self.feedback = 0.0 if mechanics is None else check_well_posed(potential, mechanics)
         self.potential, self.mechanics = potential, mechanics
         self.scheme: Scheme = scheme or SecondOrder()
+        self.activation: NodalActivation | None = None
+        self.feedback = 0.0
+        self.time, self._end = 0.0, 0.0
+        self._stretches: list[tuple[float, Array]] = []
+        if mechanics is not None:
+            self._transfer = transfer or SameMesh(mechanics)
+            chosen: Any = Proportional() if law is None else law
+            self._uses_stretch = "stretch" in getattr(chosen, "drivers", ())
+            space = potential.v.function_space
+            self.activation = NodalActivation(chosen, space, self._drivers(), mechanics.yields, activity)
+            self.feedback = check_well_posed(potential, mechanics, self.activation)
         if isinstance(self.scheme, SecondOrder) and self.scheme.every > 1 and self.feedback > STRONG:
             raise InputError(
                 f"{self.scheme.every}: J follows the potential so strongly here (−v γ′/(1 + γ) up to "
                 f"{self.feedback:.2f}, over {STRONG}) that mechanics is iterated in every step; give 1",
                 "mechanics.every",
             )
-        self.time = 0.0
         self.steps = 0
         self.coupling_iterations = 0
         self.displacement_lag = 0.0
         self._times: list[float] = []
 
-    def start(self) -> None:
-        """Find the initial configuration for the present potential, at time 0."""
-        self.time, self.steps, self._times = 0.0, 0, [0.0]
-        if self.mechanics is not None:
-            self.feedback = check_well_posed(self.potential, self.mechanics)
-            self._give_potential()
-            self.mechanics.start(0.0)
-        self.potential.start()
+    def __repr__(self) -> str:
+        """What is coupled, and how."""
+        law = None if self.activation is None else self.activation.law
+        return (
+            f"Electromechanics({self.potential!r}, {self.mechanics!r}, law={law!r}, scheme={self.scheme!r}, "
+            f"time={self.time:.6g})"
+        )
 
-    def step(self, end: float) -> None:
+    @property
+    def every(self) -> int:
+        """Steps between solves of mechanics; 1 where there is none."""
+        return 1 if self.mechanics is None else int(getattr(self.scheme, "every", 1))
+
+    @property
+    def in_step(self) -> bool:
+        """Whether potential and body are of the same time: mechanics was solved in the last step."""
+        return self.steps % self.every == 0
+
+    def start(self) -> None:
+        """Begin at time 0 from the initial values, with the configuration that they have."""
+        self.time, self.steps, self._times = 0.0, 0, [0.0]
+        self._end = 0.0
+        self.coupling_iterations, self.displacement_lag = 0, 0.0
+        self.potential.begin()
+        if self.mechanics is not None and self.activation is not None:
+            self._stretches = []
+            self.feedback = check_well_posed(self.potential, self.mechanics, self.activation)
+            self.activation.start()
+            self._give_activation()
+            self.mechanics.start(0.0)
+            self._transfer.hand_over()
+            self._keep_stretch(0.0)
+            self.activation.accept()
+        self.potential.start(0.0)
+
+    def step(self, end: float, *, mechanics: bool | None = None) -> None:
         """Advance to the time ``end``.
+
+        Args:
+            end: Simulated time at the end of the step.
+            mechanics: Whether to solve mechanics in it; as the scheme says unless given.
 
         Raises:
             ComputationError: A solver failed.
         """
         was_held = self.mechanics is not None and self.mechanics.held(self.time)
+        self._end = end
+        self.solves_mechanics = (self.steps + 1) % self.every == 0 if mechanics is None else mechanics
         self.scheme.advance(self, self.time, end)
         self.time = end
         self.steps += 1
@@ -96,6 +143,7 @@ class Electromechanics:
 
     def state(self) -> State:
         """What the next step needs, without copies of what no step changes in place."""
+        space = self.potential.v.function_space
         return {
             "time": self.time,
             "steps": self.steps,
@@ -103,6 +151,9 @@ class Electromechanics:
             "feedback": self.feedback,
             "coupling_iterations": self.coupling_iterations,
             "displacement_lag": self.displacement_lag,
+            "stretch_times": [time for time, _ in self._stretches],
+            "stretches": [FieldState(space, stretch) for _, stretch in self._stretches],
+            "activation": None if self.activation is None else self.activation.state(),
             "mechanics": None if self.mechanics is None else self.mechanics.state(),
             "potential": self.potential.state(),
         }
@@ -110,66 +161,146 @@ class Electromechanics:
     def restore(self, state: State) -> None:
         """Go on from a state, in place of :meth:`start` or after a failed step."""
         self.time, self.steps, self._times = state["time"], state["steps"], list(state["times"])
+        self._end = self.time
         self.feedback = state["feedback"]
         self.coupling_iterations = state["coupling_iterations"]
         self.displacement_lag = state["displacement_lag"]
-        if self.mechanics is not None:
+        fields = [field.values for field in state["stretches"]]
+        self._stretches = list(zip(state["stretch_times"], fields, strict=True))
+        if self.mechanics is not None and self.activation is not None:
             self.mechanics.restore(state["mechanics"])
+            self.activation.restore(state["activation"])
+            self._transfer.hand_over()
         self.potential.restore(state["potential"])
 
     # What schemes are made of.
 
-    def weights(self, end: float, order: int) -> np.ndarray:
+    def weights(self, end: float, order: int) -> Array:
         """Backward-difference weights of the value at ``end`` and the past ones, newest first."""
         return backward_difference([end, *self._times[:order]])
 
-    def extrapolated_potential(self, end: float, order: int) -> np.ndarray:
+    def extrapolated_potential(self, end: float, order: int) -> Array:
         """The potential at ``end`` by a polynomial through its last ``order`` values (nodal, local)."""
         return self.potential.extrapolate(extrapolation_weights(self._times[:order], end))
 
+    def advance_activation(self, start: float, end: float, order: int) -> None:
+        """The activation at ``end``, for the present potential, membrane and stretch."""
+        if self.activation is not None:
+            self.activation.advance(end - start, order)
+
     def solve_mechanics(self, end: float, order: int, handed_over: int) -> None:
-        """Solve mechanics for the present potential and accept it.
+        """Solve mechanics for the present activation and accept it.
 
         Args:
-            end: Time of the present potential.
+            end: Time of the present activation.
             order: Order of viscous rates in time.
             handed_over: Order of the extrapolation by which the potential saw the body until now.
         """
         assert self.mechanics is not None
-        self._give_potential()
+        self._give_activation()
         held = self.mechanics.held(self.time)  # a stretch that ends now has held the body until now
         self.mechanics.solve(end, order=order, held=held)
         if not held:
             self.displacement_lag = max(self.displacement_lag, self.mechanics.lag(end, handed_over))
         self.mechanics.accept(end)
+        self._keep_stretch(end)
 
-    def _give_potential(self) -> None:
+    def iterate_mechanics(self, start: float, end: float, order: int, first: bool) -> None:
+        """Solve mechanics for an iterate of the activation, and hand it over, without accepting it."""
         assert self.mechanics is not None
-        self.mechanics.v.x.array[:] = self.potential.v.x.array
+        self.advance_activation(start, end, order)
+        self._give_activation()
+        self.mechanics.solve(end, predict=first, order=order, held=self.mechanics.held(start))
+        self.mechanics.hand_over_present()
+        self.update_deformation()
+        if self._uses_stretch:
+            self._stretches = [s for s in self._stretches if s[0] < end]
+            self._keep_stretch(end)
+
+    def hand_over(self, time: float, order: int = 0) -> None:
+        """Hand the potential the body at ``time``, extrapolated with an order from the accepted ones."""
+        assert self.mechanics is not None
+        self.mechanics.hand_over(time, order)
+        self.update_deformation()
+
+    def update_deformation(self) -> None:
+        """Make the potential see the body that mechanics hands over now."""
+        self._transfer.hand_over()
+        self.potential.update_deformation()
+
+    def accept(self, end: float, order: int) -> None:
+        """Take potential and activation as those at ``end``, keeping ``order`` past ones."""
+        self.potential.accept(end, keep=order)
+        if self.activation is not None:
+            self.activation.accept()
+
+    def accept_mechanics(self, end: float) -> None:
+        """Take the present body as that at ``end``, after iterations."""
+        assert self.mechanics is not None
+        self.mechanics.accept(end)
+
+    def _give_activation(self) -> None:
+        assert self.mechanics is not None
+        assert self.activation is not None
+        self.mechanics.activation.x.array[:] = self._transfer.to_mechanics(self.activation.values)
+
+    def _drivers(self) -> dict[str, Callable[[], Any]]:
+        """Present values of all that may drive a law, by name."""
+        potential = self.potential
+        found: dict[str, Callable[[], Any]] = {
+            "potential": lambda: potential.v.x.array,
+            "stretch": self._present_stretch,
+            "time": lambda: self._end,
+        }
+        for index, name in enumerate(potential.state_names):
+            # The array of the states is another one after each step.
+            found[name] = partial(lambda row: potential.states[row], index)
+        if (calcium := potential.calcium) is not None:
+            found["calcium"] = found[calcium]
+        return found
+
+    def _keep_stretch(self, time: float) -> None:
+        """Keep the stretch of the present body, where a law asks for it."""
+        if self._uses_stretch and self.mechanics is not None:
+            stretch = self._transfer.to_potential(self.mechanics.fibre_stretch())
+            self._stretches = [(time, stretch), *self._stretches[:1]]
+
+    def _present_stretch(self) -> Array:
+        """The stretch at the end of the present step, extrapolated from the last two bodies; 1 at first."""
+        if not self._stretches:
+            return np.ones_like(self.potential.v.x.array)
+        times, values = zip(*self._stretches, strict=True)
+        weights = extrapolation_weights(times[: self.scheme.order], self._end)
+        return np.asarray(sum(w * value for w, value in zip(weights, values, strict=False)))
 
     def _release(self, tolerance: float = 1e-10, most: int = 200) -> None:
         """The imposed stretch ends now: the body springs to equilibrium, J v and J w are conserved."""
         assert self.mechanics is not None
+        assert self.activation is not None
         mechanics, potential = self.mechanics, self.potential
         mechanics.release()
-        self._times = self._times[:1]
+        self._times, self._stretches = self._times[:1], []
         potential.forget()
         if mechanics.relaxation_time > 0:  # a viscous body does not jump
             mechanics.accept(self.time)
+            self._keep_stretch(self.time)
             return
         for _ in range(most):
-            self._give_potential()
+            self.activation.update()
+            self._give_activation()
             try:
                 mechanics.solve(self.time, predict=False)
             except ComputationError as error:
                 raise self._no_release() from error
             mechanics.hand_over_present()
-            potential.update_deformation()
+            self.update_deformation()
             if potential.conserve() <= tolerance:
                 break
         else:
             raise self._no_release()
         mechanics.accept(self.time)
+        self._keep_stretch(self.time)
+        self.activation.accept()
 
     def _no_release(self) -> ComputationError:
         return ComputationError(
@@ -179,11 +310,12 @@ class Electromechanics:
         )
 
 
-def check_well_posed(potential: Potential, mechanics: Mechanics) -> float:
+def check_well_posed(potential: Potential, mechanics: Mechanics, activation: NodalActivation) -> float:
     """Refuse an activation that makes Fo singular, or the balance of the potential backward-parabolic.
 
     Where J follows 1 + γ(v) at once, ∂((1 + γ) v)/∂t = (1 + γ + v γ′) ∂v/∂t, whose factor must be positive
-    for v between 0 and 1: for γ = −βv that is 2β < 1, stricter than the paper's αβ < 1/2.
+    over the membrane's range: for γ = −βv and v up to 1 that is 2β < 1, stricter than the paper's αβ < 1/2. A
+    law with a time of its own does not follow v at once, and is not bound by it.
 
     Returns:
         The largest −v γ′/(1 + γ), by how much J v answers to v through J; zero where J does not follow.
@@ -191,31 +323,27 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> float:
     Raises:
         InputError: The activation is singular, or the balance ill-posed.
     """
-    v = np.linspace(0.0, 1.0, 101)
+    low, high = potential.range
+    v = np.linspace(low, high, 101)
     largest_v = largest(potential.v.x.array, potential.body.comm)
-    try:
-        most = mechanics.activity_max
-        gamma = most * np.array([float(mechanics.law.gamma(value)) for value in v])
-        at_most = 1 + most * float(mechanics.law.gamma(largest_v))
-    except (TypeError, ValueError):  # a law in UFL terms that floats do not fit
+    found = activation.feedback(v)
+    if found is None:
         return 0.0
-    if largest_v > 1 and not at_most > 0:
-        raise InputError(
-            f"the active deformation is singular: 1 + γ = {at_most:.3g} for v = {largest_v:.3g}",
-            "initial.potential",
-        )
-    key = "activation.beta" if hasattr(mechanics.law, "beta") else "activation"
+    gamma, answer = found
+    key = "activation.beta" if hasattr(activation.law, "beta") else "activation"
     if not (1 + gamma > 0).all():
         raise InputError(
-            f"the active deformation is singular: 1 + γ = {1 + gamma.min():.3g} for v in [0, 1]", key
+            f"the active deformation is singular: 1 + γ = {1 + gamma.min():.3g} for v in [{low:g}, {high:g}]",
+            key,
         )
-    # A viscous line lags behind; where det Fe = 1, J is det Fo whatever the viscosity.
-    lags = mechanics.relaxation_time > 0 and mechanics.kinematics.tensor_dim == 1
-    # Nearly incompressible is near enough to J = 1.
-    nearly = getattr(mechanics.kinematics, "bulk_modulus", None) is not None
-    free = not nearly or mechanics.kinematics.constraint == "elastic"  # type: ignore[attr-defined]
-    follows = free and not potential.isochoric and not lags and not mechanics.held(np.inf)
-    if potential.balance != "conservative" or not follows:
+    if largest_v > high and (beyond := activation.feedback(np.linspace(low, largest_v, 3))):
+        at_most = 1 + beyond[0][-1]
+        if not at_most > 0:
+            raise InputError(
+                f"the active deformation is singular: 1 + γ = {at_most:.3g} for v = {largest_v:.3g}",
+                "initial.potential",
+            )
+    if potential.balance != "conservative" or not mechanics.volume_follows:
         return 0.0
     if (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any():
         raise InputError(
@@ -224,111 +352,4 @@ def check_well_posed(potential: Potential, mechanics: Mechanics) -> float:
             "mechanics.relaxation_time > 0",
             key,
         )
-    return float(np.max(-v * np.gradient(gamma, v) / (1 + gamma)))
-
-
-@description
-class Implicit:
-    """The paper's scheme (section 7): first-order implicit, the coupling by fixed-point iteration.
-
-    Each iteration solves mechanics for the potential's iterate, and then the potential, with its reaction
-    linearised about the iterate, on that body; until the potential changes by less than ``tolerance``.
-
-    Args:
-        tolerance: Largest change of v between iterations at which to stop.
-        max_iterations: Iterations a step may take.
-    """
-
-    tolerance: Positive = 1e-8
-    max_iterations: Count = 60
-    order: ClassVar[int] = 1
-
-    def advance(self, model: Electromechanics, start: float, end: float) -> None:
-        """One step, iterated to ``tolerance``."""
-        self.iterate(model, start, end, order=1)
-
-    def iterate(self, model: Electromechanics, start: float, end: float, order: int) -> None:
-        """One step by backward differences of an order, from the potential extrapolated to it."""
-        potential, mechanics = model.potential, model.mechanics
-        weights = model.weights(end, order)
-        guess = model.extrapolated_potential(end, order).copy()
-        for iteration in range(self.max_iterations):
-            if mechanics is not None:
-                mechanics.v.x.array[:] = guess
-                mechanics.solve(end, predict=iteration == 0, order=order, held=mechanics.held(start))
-                mechanics.hand_over_present()
-                potential.update_deformation()
-            potential.solve(end, guess, weights)
-            model.coupling_iterations += 1
-            change = largest(potential.v.x.array - guess, potential.body.comm)
-            guess[:] = potential.v.x.array
-            if change <= self.tolerance:
-                break
-        else:
-            raise ComputationError(
-                f"the coupling did not converge in {self.max_iterations} fixed-point iterations "
-                f"(last change of v {change:.3g}, wanted {self.tolerance:.3g})",
-                advice="a smaller time step.",
-            )
-        potential.accept(keep=order)
-        if mechanics is not None:
-            mechanics.accept(end)
-
-
-@description
-class Staggered:
-    """First-order, one pass a step: the potential on the last known body, then mechanics every N steps.
-
-    Args:
-        every: Potential steps between solves of mechanics.
-    """
-
-    every: Count = 1
-    order: ClassVar[int] = 1
-
-    def advance(self, model: Electromechanics, start: float, end: float) -> None:
-        """One step."""
-        potential, mechanics = model.potential, model.mechanics
-        potential.solve(end, potential.v.x.array.copy(), model.weights(end, 1))
-        potential.accept(keep=1)
-        if mechanics is not None and (model.steps + 1) % self.every == 0:
-            model.solve_mechanics(end, order=1, handed_over=0)
-            mechanics.hand_over(end)
-            potential.update_deformation()
-
-
-@description
-class SecondOrder:
-    """Second order, one pass a step: BDF2, reaction linearised about an extrapolation, extrapolated body.
-
-    The potential is solved on the body extrapolated from the last two solves of mechanics, then mechanics
-    every N steps. Where J = 1 by construction the body is handed over once for the N steps, at their mean
-    time: what the first of them has too much the last has too little. The first step, and the one after a
-    released stretch, are of first order, which costs no order.
-
-    Where J follows the potential strongly, −v γ′/(1 + γ) > 2/3 for some v between 0 and 1 (γ = −βv: β > 0.4),
-    an extrapolated body is unstable; there each step is iterated as in :class:`Implicit`.
-
-    Args:
-        every: Potential steps N between solves of mechanics.
-    """
-
-    every: Count = 1
-    order: ClassVar[int] = 2
-
-    def advance(self, model: Electromechanics, start: float, end: float) -> None:
-        """One step."""
-        potential, mechanics = model.potential, model.mechanics
-        if model.feedback > STRONG:
-            Implicit().iterate(model, start, end, order=2)
-            return
-        if mechanics is not None and not mechanics.held(start):
-            first = model.steps % self.every == 0
-            if first or not potential.isochoric:
-                ahead = (self.every + 1) / 2 if potential.isochoric else 1
-                mechanics.hand_over(start + ahead * (end - start), order=1)
-                potential.update_deformation()
-        potential.solve(end, model.extrapolated_potential(end, 2), model.weights(end, 2))
-        potential.accept(keep=2)
-        if mechanics is not None and (model.steps + 1) % self.every == 0:
-            model.solve_mechanics(end, order=2, handed_over=1)
+    return float(answer.max())

@@ -165,9 +165,8 @@ def _sheet() -> Finding:
         geometry.build(rectangle, fibres, MPI.COMM_SELF),
         kinematics=kinematics.PlaneStress(),
         material=materials.NeoHookean(),
-        law=activation.Proportional(beta=beta),
     )
-    mechanics.v.x.array[:] = 1.0
+    mechanics.activation.x.array[:] = activation.Proportional(beta=beta).activation((), {"potential": 1.0})
     mechanics.start()
     u = mechanics.displacement()
     X = u.function_space.tabulate_dof_coordinates()[:, :2]

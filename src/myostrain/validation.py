@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Mapping
 from typing import Annotated, Any, dataclass_transform
 
 from myostrain.engine import fem
+from myostrain.errors import InputError
 
 import pydantic
 from pydantic import ConfigDict, Field
@@ -25,6 +27,19 @@ def description[T](cls: type[T]) -> type[T]:
     """Make a class a frozen dataclass whose values are checked; unknown names are refused."""
     config = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
     return pydantic.dataclasses.dataclass(frozen=True, config=config)(cls)  # type: ignore[return-value]
+
+
+def refuse_former(given: Mapping[str, Any], former: Mapping[str, str], who: str) -> None:
+    """Refuse keywords that an object does not take; those of earlier versions with what became of them.
+
+    Raises:
+        InputError: A keyword of an earlier version.
+        TypeError: Any other one.
+    """
+    for name in given:
+        if name in former:
+            raise InputError(f"{who} takes no '{name}' any more: {former[name]}")
+        raise TypeError(f"{who} takes no '{name}'")
 
 
 def with_constants[T](thing: T, mesh: Any) -> T:

@@ -3,7 +3,7 @@ ODE.
 """
 
 import myostrain as ms
-from myostrain.activation import Proportional
+from myostrain.activation import Fibre
 from myostrain.engine import compile_form, fem
 from myostrain.kinematics import Line, PlaneStrain, PlaneStress
 from myostrain.materials import MooneyRivlin, NeoHookean, Spring
@@ -91,12 +91,12 @@ def manufactured_errors(kinematic, spacing, quadrature_degree, exact_strain):
         body,
         kinematics=kinematic,
         material=MooneyRivlin(mu=MU, mu_2=MU_2),
-        law=GivenStrain(gamma) if exact_strain else Proportional(beta=BETA),
+        active=GivenStrain(gamma) if exact_strain else Fibre(),
         body_force=-ufl.div(piola(kinematic, F2, gamma, n, pressure(x, y, ufl))),
         robin=2.0,
         quadrature_degree=quadrature_degree,
     )
-    mechanics.v.interpolate(lambda X: potential(X[0] - 1, X[1] - 1, np))
+    mechanics.activation.interpolate(lambda X: -BETA * potential(X[0] - 1, X[1] - 1, np))
     # Solved from the exact solution: what is measured is the discretization, not the way there.
     u_space = mechanics.u.sub(0) if mixed else mechanics.u
     u_space.interpolate(lambda X: np.array(displacement(kinematic, X[0] - 1, X[1] - 1, np)))
@@ -127,8 +127,8 @@ SHEETS = [
 
 @pytest.mark.parametrize("kinematic, exact_strain, bands", SHEETS)
 def test_orders_in_space_and_the_quadrature_keeps_them(kinematic, exact_strain, bands):
-    """P1: order 2 in L2 and 1 in H1; P2-P1: 3, 2 and 2 for the pressure, but 2 in L2 where γ follows the
-    potential, which is linear in each cell; (1.6), (3.3) and (7.8) manufactured.
+    """P1: order 2 in L2 and 1 in H1; P2-P1: 3, 2 and 2 for the pressure, but 2 in L2 where γ is
+    nodal, linear in each cell; (1.6), (3.3) and (7.8) manufactured.
 
     mechanics.QUADRATURE_DEGREE: "as low as keeps the order of the elements": the errors are those of
     degree 8, to 3e-3.
@@ -153,10 +153,8 @@ def bending_errors(spacing):
     body = ms.build(
         ms.geometry.Rectangle(size=(1.0, 3.0), spacing=spacing), ms.UniformFibres(direction=(0.0, 1.0))
     )
-    mechanics = ms.Mechanics(
-        body, kinematics=PlaneStrain(), material=NeoHookean(mu=MU), law=Proportional(beta=BETA)
-    )
-    mechanics.v.interpolate(lambda X: -((2 * a * X[0] + b) / a**2 - 1) / BETA)
+    mechanics = ms.Mechanics(body, kinematics=PlaneStrain(), material=NeoHookean(mu=MU))
+    mechanics.activation.interpolate(lambda X: (2 * a * X[0] + b) / a**2 - 1)
     mechanics.start()
     X = ufl.SpatialCoordinate(body.mesh)
     r, theta = ufl.sqrt(2 * a * X[0] + b), X[1] / a
@@ -174,7 +172,7 @@ def bending_errors(spacing):
     R = U @ np.diag([1, np.linalg.det(U @ Vt)]) @ Vt
     error = found - ufl.as_vector(m[:2]) - ufl.as_matrix(R.tolist()) * (exact - ufl.as_vector(m[2:4]))
     # Fe Feᵀ is spherical in the plane, P = 0 and p = μ: what remains is σ₃₃ = μγ.
-    trace = np.abs(mechanics.stress_trace() + MU * BETA * mechanics.v.x.array)
+    trace = np.abs(mechanics.stress_trace() - MU * mechanics.activation.x.array)
     return norm(error), norm(ufl.grad(error)), norm(p - MU), trace.max()
 
 
@@ -204,12 +202,11 @@ def line_error(spacing, quadrature_degree):
         body,
         kinematics=Line(),
         material=Spring(mu=MU),
-        law=Proportional(beta=BETA),
         fixed=["left", "right"],
         body_force=ufl.as_vector([-stress.dx(0)]),
         quadrature_degree=quadrature_degree,
     )
-    mechanics.v.interpolate(lambda X: 0.5 + 0.5 * np.cos(3 * X[0]))
+    mechanics.activation.interpolate(lambda X: -BETA * (0.5 + 0.5 * np.cos(3 * X[0])))
     mechanics.start()
     return [norm(mechanics.u - u_exact)]
 
@@ -253,17 +250,16 @@ def stretch(relaxation_time, spring, times, order):
         body,
         kinematics=Line(),
         material=Spring(mu=MU),
-        law=Proportional(beta=BETA),
         relaxation_time=relaxation_time,
         **support,
     )
     x = mechanics.u.function_space.tabulate_dof_coordinates()[:, 0]
     left, right = np.argmin(x), np.argmax(x)
-    mechanics.v.x.array[:] = potential_at(0.0)
+    mechanics.activation.x.array[:] = -BETA * potential_at(0.0)
     mechanics.start(0.0)
     found = []
     for t in times:
-        mechanics.v.x.array[:] = potential_at(t)
+        mechanics.activation.x.array[:] = -BETA * potential_at(t)
         mechanics.solve(t, order=order)
         mechanics.accept(t)
         found.append(1 + (mechanics.u.x.array[right] - mechanics.u.x.array[left]) / LENGTH)

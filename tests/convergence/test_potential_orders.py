@@ -97,7 +97,7 @@ class Sheet2D:
 
 
 class Membrane:
-    """v (v − 0.1)(v − 1) + w and v − w/τ, with sources that the test sets: a user's own cell object."""
+    """v (v − 0.1)(v − 1) + w and v − w/τ, with sources that the test sets: a user's own membrane."""
 
     states = ("recovery",)
     source = 0.0
@@ -105,7 +105,7 @@ class Membrane:
     def resting_potential(self):
         return 0.0
 
-    def initial_states(self):
+    def resting_states(self):
         return (0.2,)
 
     def current(self, v, states):
@@ -161,12 +161,12 @@ class Run:
         F = ufl.Identity(dim) + ufl.grad(self.u)
         self.potential = ms.Potential(
             self.body,
-            cell=self.cell,
+            membrane=self.cell,
             diffusivity=problem.diffusivity,
             balance=balance,
             mass=mass,
             deformation=Deformation(F, 1.0 if problem.isochoric else ufl.det(F)),
-            stimulus=lambda points, t: sources(problem, balance, t, *points.T)[0],
+            source=lambda points, t: sources(problem, balance, t, *points.T)[0],
             options=TIGHT,
         )
         self.X = coordinates(self.potential).T
@@ -178,6 +178,7 @@ class Run:
     def advance(self, step, end, order):
         """Run to ``end``; returns the nodal values."""
         potential, times = self.potential, [0.0]
+        potential.reset()
         potential.v.x.array[:] = self.problem.v(0.0, *self.X)
         self.move(0.0)
         potential.start()
@@ -187,15 +188,17 @@ class Run:
             self.cell.source = sources(self.problem, self.balance, t, *self.X)[1]
             guess = potential.extrapolate(extrapolation_weights(times[:order], t))
             potential.solve(t, guess, backward_difference([t, *times[:order]]))
-            potential.accept(keep=order)
+            potential.accept(t, keep=order)
             times = [t, *times[: order - 1]]
-        return [field.x.array.copy() for field in potential.fields]
+        return [values.copy() for values in potential.field_values().values()]
 
     def errors(self, t):
         """L2 errors of v and w, by quadrature that is exact far beyond their order."""
         space = fem.functionspace(self.body.mesh, ("Lagrange", 4))
         found = []
-        for field, exact in zip(self.potential.fields, (self.problem.v, self.problem.w), strict=True):
+        fields = self.potential.v.copy(), self.potential.v.copy()
+        fields[1].x.array[:] = self.potential.states[0]
+        for field, exact in zip(fields, (self.problem.v, self.problem.w), strict=True):
             target = fem.Function(space)
             target.interpolate(lambda x, exact=exact: exact(t, *x[: self.body.dim]))
             found.append(fem.assemble_scalar(fem.form((field - target) ** 2 * ufl.dx)) ** 0.5)

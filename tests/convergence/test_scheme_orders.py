@@ -20,7 +20,11 @@ from reference.line_fd import Line, solve
 
 #: Every public class that declares an order and advances: a new scheme is measured without a new test.
 DECLARED = sorted(
-    (c for c in vars(ms).values() if isinstance(c, type) and hasattr(c, "order") and hasattr(c, "advance")),
+    (
+        c
+        for c in (getattr(ms, name) for name in ms.__all__)
+        if isinstance(c, type) and hasattr(c, "order") and hasattr(c, "advance")
+    ),
     key=lambda c: c.__name__,
 )
 
@@ -195,7 +199,7 @@ class AlievPanfilov:
     def resting_potential(self):
         return 0.0
 
-    def initial_states(self):
+    def resting_states(self):
         return (0.0,)
 
     def current(self, v, states):
@@ -214,7 +218,7 @@ class Oscillator:
     def resting_potential(self):
         return 0.0
 
-    def initial_states(self):
+    def resting_states(self):
         return (0.2, 0.1)
 
     def current(self, v, states):
@@ -235,19 +239,19 @@ def test_membrane_of_the_users_own(name, cell):
     def rates(_, y):
         return [-cell.current(y[0], y[1:]), *cell.rates(y[0], y[1:])]
 
-    start, times = [0.6, *cell.initial_states()], np.linspace(0.05, 1.0, 20)
+    start, times = [0.6, *cell.resting_states()], np.linspace(0.05, 1.0, 20)
     exact = solve_ivp(rates, (0, 1), start, method="DOP853", t_eval=times, rtol=1e-12, atol=1e-13).y
     errors = []
     for substeps in (5, 10, 20):
-        potential = ms.Potential(ms.build(ms.geometry.Line(length=2.0)), cell=cell, options=TIGHT)
+        potential = ms.Potential(ms.build(ms.geometry.Line(length=2.0)), membrane=cell, options=TIGHT)
         potential.v.x.array[:] = start[0]
-        model = ms.Electromechanics(potential, None, scheme)
+        model = ms.Electromechanics(potential, None, scheme=scheme)
         model.start()
         found = np.empty_like(exact)
         for row, time in enumerate(times):
             for part in range(1, substeps + 1):
                 model.step(time - 0.05 * (1 - part / substeps))
-            found[:, row] = [field.x.array[0] for field in potential.fields]
+            found[:, row] = [values[0] for values in potential.field_values().values()]
         errors.append([rms(e) for e in found - exact])
-    for field, observed in zip(potential.fields, observed_orders(errors)[-1], strict=True):
-        assert_declared_order(scheme, observed, field.name)
+    for name, observed in zip(potential.field_values(), observed_orders(errors)[-1], strict=True):
+        assert_declared_order(scheme, observed, name)

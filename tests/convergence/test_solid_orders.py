@@ -24,13 +24,13 @@ ONE = ufl.Identity(3)
 
 
 class Growing:
-    """An activation law of a user's own: γ is the UFL expression given times the potential."""
+    """An active deformation of a user's own: γ is the UFL expression given times what the nodes have."""
 
-    def __init__(self, gamma):
-        self.value = gamma
+    def __init__(self, gamma, deformation=None):
+        self.value, self.deformation = gamma, deformation or Fibre()
 
-    def gamma(self, v):
-        return v * self.value
+    def tensor(self, gamma, fibres):
+        return self.deformation.tensor(gamma * self.value, fibres)
 
 
 def integrals(expressions, degree=8):
@@ -96,15 +96,15 @@ def stress_free_errors(deformed, material, rest, size, spacing, *, from_rest, **
     body = ms.build(ms.geometry.Slab(size=size, spacing=spacing), ms.UniformFibres(direction=(1, 0, 0)))
     X = ufl.SpatialCoordinate(body.mesh)
     exact, gamma, directions = deformed(X)
-    parts = {"deformation": Orthotropic(kappa=0.0)} | parts
+    active = Growing(gamma, parts.pop("active", Orthotropic(kappa=0.0)))
     mechanics = ms.Mechanics(
         Body(body.meshed, Microstructure(*directions)),
         kinematics=Solid(),
         material=material,
-        law=Growing(gamma),
+        active=active,
         **parts,
     )
-    mechanics.v.x.array[:] = 1.0
+    mechanics.activation.x.array[:] = 1.0
     u, p = ufl.split(mechanics.u)
     if from_rest:
         mechanics.start()
@@ -126,7 +126,7 @@ STRESS_FREE = {
         NeoHookean(mu=MU),
         MU,
         (1.0, 1.0, 0.5),
-        {"deformation": Fibre(), "sliding": ["bottom", "top"]},
+        {"active": Fibre(), "sliding": ["bottom", "top"]},
     ),
     "torsion": (twisted, NeoHookean(mu=MU), MU, (0.5, 0.5, 1.0), {}),
 }
@@ -195,7 +195,7 @@ def manufactured_errors(constraint, spacing):
         body,
         kinematics=Solid(constraint=constraint),
         material=NeoHookean(mu=MU),
-        law=GivenStrain(gamma),
+        active=GivenStrain(gamma),
         body_force=-ufl.div(P),
         fixed=["left", "right", "front", "back", "bottom"],
     )
@@ -261,11 +261,11 @@ def measured_stretches(course, name, constraint, times, order):
     """Stretches (times, 3) along f0, s0, n0 of the free block, one step to each time."""
     solids = viscous_block()
     mechanics = solids.choose("NeoHookean", name, constraint)
-    axes, v, found = frame(mechanics.body), mechanics.v.x.array, []
-    v[:] = -2 * course(0.0)  # β = 1/2
+    axes, gamma, found = frame(mechanics.body), mechanics.activation.x.array, []
+    gamma[:] = course(0.0)
     mechanics.start(0.0)
     for t in times:
-        v[:] = -2 * course(t)
+        gamma[:] = course(t)
         mechanics.solve(t, order=order)
         mechanics.accept(t)
         found.append(np.linalg.norm(solids.gradient() @ axes, axis=1).mean(axis=0))
@@ -329,10 +329,10 @@ def distances(geometry, fibre, kinematics, plane=None, **parts):
         body,
         kinematics=kinematics,
         material=NeoHookean(mu=MU),
-        law=Growing(strain_in_the_plane(ufl.SpatialCoordinate(body.mesh))),
+        active=Growing(strain_in_the_plane(ufl.SpatialCoordinate(body.mesh))),
         **parts,
     )
-    mechanics.v.x.array[:] = 1.0
+    mechanics.activation.x.array[:] = 1.0
     mechanics.start()
     space, u = mechanics.u.function_space, mechanics.u.x.array
     if kinematics.has_pressure:

@@ -97,10 +97,10 @@ def test_own_material_and_law(own, v):
         body,
         kinematics=ms.kinematics.PlaneStress(),
         material=own["FibreReinforced"](mu=1.5, kappa=4.0),
-        law=own["Saturating"](beta=0.25, half=0.3),
     )
-    mechanics.v.x.array[:] = v
-    mechanics.start()
+    law = own["Saturating"](beta=0.25, half=0.3)
+    model = ms.Electromechanics(ms.GivenPotential(body, ms.Drive(potential=v)), mechanics, law=law)
+    model.start()
     active = 1 - 0.25 * v**2 / (v**2 + 0.09)
 
     def energy(stretch):
@@ -131,14 +131,14 @@ def test_own_membrane(own):
         )
 
     body = ms.build(ms.geometry.Line(length=2), comm=ALONE)
-    potential = ms.Potential(body, cell=own["AlievPanfilov"](), diffusivity=1.0)
+    potential = ms.Potential(body, membrane=own["AlievPanfilov"](), diffusivity=1.0)
     potential.v.x.array[:] = 0.4
     model = ms.Electromechanics(potential)
     ms.Simulation(model, step=5e-3, end=10.0).run()
     expected = solve_ivp(rates, (0, 10.0), (0.4, 0.0), rtol=1e-10, atol=1e-12).y[:, -1]
     # Measured 3e-6, of second order in the time step.
     np.testing.assert_allclose(potential.v.x.array, expected[0], rtol=0, atol=1e-5)
-    np.testing.assert_allclose(potential.states["recovery"].x.array, expected[1], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(potential.field_values()["recovery"], expected[1], rtol=0, atol=1e-5)
     assert expected[1] > 0.05
 
 
@@ -164,12 +164,11 @@ def test_own_material_and_deformation_of_a_solid(solid, v):
         body,
         kinematics=ms.kinematics.Solid(),
         material=solid["Reinforced"](mu=1.5, kappa_f=3.0, kappa_s=0.7),
-        law=ms.activation.Proportional(beta=0.25),
-        deformation=solid["Biaxial"](share=0.4),
+        active=solid["Biaxial"](share=0.4),
         sliding=["left", "front", "bottom"],
         pressure={"right": -0.5},  # without a pull Fe = 1, whatever W is
     )
-    mechanics.v.x.array[:] = v
+    mechanics.activation.x.array[:] = -0.25 * v
     mechanics.start()
     along, sheet = 1 - 0.25 * v, 1 - 0.4 * 0.25 * v
     active = np.array([along, sheet, 1 / (along * sheet)])

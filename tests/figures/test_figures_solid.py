@@ -317,7 +317,7 @@ def test_fibres_are_recorded_by_cell(tmp_path):
     """FieldWriter: mesh.npz has the fibre directions at the centres of the cells, in the order of these."""
     slab = ms.geometry.Slab(size=(4.0, 2.0, 1.0), spacing=1.0)
     body = ms.build(slab, Turning())
-    potential = ms.Potential(body, cell=ms.membranes.FitzHughNagumo(), diffusivity=1.0)
+    potential = ms.Potential(body, membrane=ms.membranes.FitzHughNagumo(), diffusivity=1.0)
     writer = FieldWriter(ms.Electromechanics(potential), tmp_path, ("potential",))
     writer.write(0, 0.0)
     run = Recording(tmp_path)
@@ -342,7 +342,7 @@ class Turning:
 def test_sheets_and_lines_record_none(tmp_path):
     """FieldWriter: fibres are kept of solids."""
     body = ms.build(ms.geometry.Line(length=4.0, spacing=1.0))
-    potential = ms.Potential(body, cell=ms.membranes.FitzHughNagumo(), diffusivity=1.0)
+    potential = ms.Potential(body, membrane=ms.membranes.FitzHughNagumo(), diffusivity=1.0)
     FieldWriter(ms.Electromechanics(potential), tmp_path, ("potential",))
     assert Recording(tmp_path).fibres is None
 

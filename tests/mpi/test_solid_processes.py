@@ -19,7 +19,6 @@ pytestmark = [
 DRIVER = """
 import json
 import myostrain as ms
-from myostrain.activation import Proportional
 from myostrain.engine import MPI
 from myostrain.kinematics import Solid
 from myostrain.materials import NeoHookean
@@ -35,11 +34,10 @@ for name, solid, options in [
     fibres = ms.UniformFibres(direction=(2.0, 1.0, 0.5), sheet=(-1.0, 2.0, 0.0))
     body = ms.build(ms.geometry.Slab(size=(2.0, 1.0, 1.0), spacing=0.5), fibres)
     slab = ms.Mechanics(
-        body, kinematics=solid, material=NeoHookean(), law=Proportional(beta=0.2), fixed=["left"],
-        options=options,
+        body, kinematics=solid, material=NeoHookean(), fixed=["left"], options=options,
     )
     for step in range(3):
-        slab.v.interpolate(lambda x: step / 2 * (0.5 + x[0] / 4))
+        slab.activation.interpolate(lambda x: -0.2 * step / 2 * (0.5 + x[0] / 4))
         if step:
             slab.solve(step / 2)
             slab.accept(step / 2)

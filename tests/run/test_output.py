@@ -161,7 +161,8 @@ def test_snapshots(run):
     volume = np.abs(np.linalg.det(edges[:, 1:] - edges[:, :1])) / dim
     # The whole body, once: of the ellipse, the distortion (0.5 %) and the polygon (1.1 %) take 1.6 %.
     assert volume.sum() == pytest.approx(20.0 if dim == 1 else 0.984 * np.pi * 20 * 24 / 4, rel=1e-3)
-    start = np.where(np.linalg.norm(points - case.initial.center, axis=1) <= 5.0, 0.9, 0.0)
+    (initial,) = case.initial
+    start = np.where(np.linalg.norm(points - initial.where.center, axis=1) <= 5.0, 0.9, 0.0)
     np.testing.assert_array_equal(Snapshots(folder).field("potential", 0), start)
 
 
@@ -214,7 +215,7 @@ BREAKS = 0.006
 def breaking_simulation(out, **options):
     """A run of 10 steps that fails in the step to t = 0.007."""
 
-    def stimulus(x, time):
+    def source(x, time):
         return np.full(len(x), np.nan if time > BREAKS + 1e-9 else 0.0)
 
     body = ms.build(ms.geometry.Line(length=20.0), comm=ALONE)
@@ -222,17 +223,16 @@ def breaking_simulation(out, **options):
         body,
         kinematics=ms.kinematics.Line(),
         material=ms.materials.Spring(),
-        law=ms.activation.Proportional(),
         fixed=["left"],
     )
     potential = ms.Potential(
         body,
-        cell=ms.membranes.FitzHughNagumo(),
+        membrane=ms.membranes.FitzHughNagumo(),
         diffusivity=100.0,
         deformation=mechanics.deformation,
-        stimulus=stimulus,
+        initial=[ms.InitialValues(where=ms.Place(center=(0.0,), radius=5.0), potential=0.9)],
+        source=source,
     )
-    ms.Bump(potential=0.9, center=(0.0,), radius=5.0).apply(potential)
     model = ms.Electromechanics(potential, mechanics)
     return ms.Simulation(model, step=1e-3, end=1e-2, out=out, probes={"a": (6.0,)}, every=2e-3, **options)
 

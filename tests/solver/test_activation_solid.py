@@ -1,8 +1,7 @@
-"""Active deformations and active stress of solids: formulas, and blocks with closed forms."""
+"""Active deformations and active tensions of solids: formulas, and blocks with closed forms."""
 
 import myostrain as ms
-from myostrain.activation import ActiveStress, Fibre, Orthotropic, Proportional, TransverselyIsotropic
-from myostrain.engine import fem
+from myostrain.activation import ActiveStress, Fibre, FibreTension, Orthotropic, TransverselyIsotropic
 from myostrain.geometry import Microstructure, Slab, UniformFibres
 from myostrain.kinematics import Line, PlaneStress, Solid
 from myostrain.materials import Guccione1995, HolzapfelOgden2009, NeoHookean, Spring, Usyk2002
@@ -13,7 +12,6 @@ import pytest
 import ufl
 
 from mechanics_tools import (
-    GivenStrain,
     at_midpoints,
     deformations,
     field,
@@ -26,7 +24,6 @@ from mechanics_tools import (
 
 N = 48
 MU, GAMMA = 1.7, -0.2
-PASSIVE = Proportional(beta=0.0)
 
 
 @pytest.fixture
@@ -119,24 +116,25 @@ def test_coefficients_are_checked(given):
     with pytest.raises(ValueError, match="tension"):
         ActiveStress(tension=-1.0)
     with pytest.raises(ValueError, match="transverse"):
-        ActiveStress(transverse=-0.1)
+        FibreTension(transverse=-0.1)
 
 
 @pytest.mark.parametrize("transverse", [0.0, 0.3])
-def test_active_stress_is_the_tension_along_the_fibre(transverse, rng):
-    """ActiveStress, docstring (Land et al. 2015, problem 3): P = F S, S = Ta (f0⊗f0 + η (1 − f0⊗f0)),
-    Ta = T v for v > 0, else none; objective; and the energy is zero at rest.
+def test_a_tension_acts_along_the_fibre(transverse, rng):
+    """FibreTension and ActiveStress, docstrings (Land et al. 2015, problem 3): P = F S,
+    S = Ta (f0⊗f0 + η (1 − f0⊗f0)), Ta = T v for v > 0, else none; objective; and the energy is zero at rest.
     """
     mesh = sample_mesh(N)
-    F_, f_, v_ = field(mesh, (3, 3)), field(mesh, (3,)), field(mesh, ())
+    F_, f_, T_ = field(mesh, (3, 3)), field(mesh, (3,)), field(mesh, ())
     F = ufl.variable(F_)
-    law = with_constants(ActiveStress(tension=60.0, transverse=transverse), mesh)
-    W = law.energy(F, Microstructure(f_), v_)
+    active = with_constants(FibreTension(transverse=transverse), mesh)
+    W = active.energy(F, Microstructure(f_), T_)
     P = ufl.diff(W, F)
     evaluate = at_midpoints(ufl.as_vector([W, *(P[i, j] for i in range(3) for j in range(3))]), mesh)
     deformed, frame = deformations(N, 3, rng), rotations(N, 3, rng)
     v = rng.uniform(-0.5, 1.0, N)
-    for function, samples in ((F_, deformed), (f_, frame[:, :, 0]), (v_, v)):
+    tension = ActiveStress(tension=60.0).activation((), {"potential": v})
+    for function, samples in ((F_, deformed), (f_, frame[:, :, 0]), (T_, tension)):
         put(function, samples)
     stress = frame * np.array([1.0, transverse, transverse]) @ frame.transpose(0, 2, 1)
     by_hand = 60.0 * np.maximum(v, 0)[:, None, None] * (deformed @ stress)
@@ -154,11 +152,11 @@ def block(direction=(1.0, 0.0, 0.0), sheet_direction=(0.0, 1.0, 0.0)):
     return ms.build(Slab(size=(2.0, 1.0, 1.0), spacing=1.0), fibres)
 
 
-def settled(body, v=1.0, **parts):
-    """Mechanics in equilibrium with a uniform potential."""
-    parts = {"kinematics": Solid(), "material": NeoHookean(mu=MU), "law": GivenStrain(GAMMA), **parts}
+def settled(body, activation=GAMMA, **parts):
+    """Mechanics in equilibrium with a uniform γ, or tension."""
+    parts = {"kinematics": Solid(), "material": NeoHookean(mu=MU), **parts}
     mechanics = ms.Mechanics(body, **parts)
-    mechanics.v.x.array[:] = v
+    mechanics.activation.x.array[:] = activation
     mechanics.start()
     return mechanics
 
@@ -193,7 +191,7 @@ def test_free_block_takes_the_active_deformation(deformation, constraint, materi
     """
     body = block(**OBLIQUE)
     kinematics = Solid(constraint=constraint)
-    mechanics = settled(body, kinematics=kinematics, deformation=deformation, material=material)
+    mechanics = settled(body, kinematics=kinematics, active=deformation, material=material)
     F, frame = gradient(mechanics), fibre_frame(body)
     C = frame @ np.diag(np.square(expected)) @ frame.T
     np.testing.assert_allclose(F.transpose(0, 2, 1) @ F, np.broadcast_to(C, F.shape), rtol=0, atol=1e-9)
@@ -202,15 +200,13 @@ def test_free_block_takes_the_active_deformation(deformation, constraint, materi
 
 ISOMETRIC = [
     # Jo ∂W/∂Fe Fo⁻ᵀ in F = 1: μ Jo Fo⁻¹ Fo⁻ᵀ for the neo-Hookean block.
-    ({"deformation": Fibre()}, MU * (1 + GAMMA) * ((1 + GAMMA) ** -2 - 1)),
-    ({"deformation": TransverselyIsotropic()}, MU * ((1 + GAMMA) ** -2 - (1 + GAMMA))),
-    ({"law": PASSIVE, "active_stress": ActiveStress(tension=2.0, transverse=0.25)}, 2.0 * (1 - 0.25)),
+    ({"active": Fibre()}, MU * (1 + GAMMA) * ((1 + GAMMA) ** -2 - 1)),
+    ({"active": TransverselyIsotropic()}, MU * ((1 + GAMMA) ** -2 - (1 + GAMMA))),
+    ({"active": FibreTension(transverse=0.25), "activation": 2.0}, 2.0 * (1 - 0.25)),
 ]
 
 
-@pytest.mark.parametrize(
-    "parts, expected", ISOMETRIC, ids=["fibre", "transversely isotropic", "active stress"]
-)
+@pytest.mark.parametrize("parts, expected", ISOMETRIC, ids=["fibre", "transversely isotropic", "tension"])
 def test_isometric_stress_of_a_clamped_block(parts, expected):
     """A block clamped at both ends, its sides free, stays as it is (u = 0), since what the sides feel is a
     pressure; the stress along the fibre is the active one alone.
@@ -223,11 +219,10 @@ def test_isometric_stress_of_a_clamped_block(parts, expected):
 
 
 @pytest.mark.parametrize("transverse", [0.0, 0.4])
-def test_free_block_under_active_stress(transverse):
+def test_free_block_under_tension(transverse):
     """The free neo-Hookean block minimizes μ/2 (λ² + 2/λ) + Ta/2 (λ² + 2 η/λ): λ³ = (μ + η Ta)/(μ + Ta)."""
     body = block(**OBLIQUE)
-    stress = ActiveStress(tension=2.0, transverse=transverse)
-    mechanics = settled(body, v=0.5, law=PASSIVE, active_stress=stress)
+    mechanics = settled(body, 1.0, active=FibreTension(transverse=transverse))
     F, frame = gradient(mechanics), fibre_frame(body)
     along = ((MU + transverse * 1.0) / (MU + 1.0)) ** (1 / 3)
     C = frame @ np.diag([along**2, 1 / along, 1 / along]) @ frame.T
@@ -239,41 +234,37 @@ def test_active_strain_and_stress_shorten_alike_where_these_are_matched():
     """One block, one passive law, both approaches: Ta = μ ((1+γ)⁻² − 1) shortens the free block as
     Fo = 1 + γ f⊗f does, where J = 1 (both λ³ = (1+γ)², by the two closed forms).
     """
-    by_strain = gradient(settled(block(), deformation=Fibre()))
-    matched = ActiveStress(tension=MU * ((1 + GAMMA) ** -2 - 1))
-    by_stress = gradient(settled(block(), law=PASSIVE, active_stress=matched))
+    by_strain = gradient(settled(block(), active=Fibre()))
+    by_stress = gradient(settled(block(), MU * ((1 + GAMMA) ** -2 - 1), active=FibreTension()))
     np.testing.assert_allclose(by_strain, by_stress, rtol=0, atol=1e-9)
 
 
-def test_active_stress_in_a_sheet_and_on_a_line():
-    """ActiveStress takes F in the dimension of materials: λ³ = μ/(μ + Ta) of a free sheet in plane stress,
+def test_tension_in_a_sheet_and_on_a_line():
+    """FibreTension takes F in the dimension of materials: λ³ = μ/(μ + Ta) of a free sheet in plane stress,
     as of a block; a free line has μ (x′ − 1) + Ta x′ = 0.
     """
-    stress = ActiveStress(tension=1.0)
-    F = gradient(settled(sheet(), kinematics=PlaneStress(), law=PASSIVE, active_stress=stress))
+    F = gradient(settled(sheet(), 1.0, kinematics=PlaneStress(), active=FibreTension()))
     along = (MU / (MU + 1.0)) ** (1 / 3)
     found = np.linalg.eigvalsh(F.transpose(0, 2, 1) @ F)
     np.testing.assert_allclose(found, np.broadcast_to([along**2, 1 / along], found.shape), rtol=1e-8)
     line = ms.build(ms.geometry.Line(length=2.0, spacing=0.5))
-    x = gradient(settled(line, kinematics=Line(), material=Spring(mu=MU), law=PASSIVE, active_stress=stress))
+    x = gradient(settled(line, 1.0, kinematics=Line(), material=Spring(mu=MU), active=FibreTension()))
     np.testing.assert_allclose(x, MU / (MU + 1.0), rtol=1e-9)
 
 
 def test_orthotropic_parts_need_sheets():
     """InputError with the key, before anything is compiled, where the body has fibres only."""
     body = ms.build(Slab(size=(1.0, 1.0, 1.0)), UniformFibres(direction=(1.0, 0.0, 0.0)))
-    for parts in ({"deformation": Orthotropic()}, {"material": HolzapfelOgden2009()}):
+    for parts in ({"active": Orthotropic()}, {"material": HolzapfelOgden2009()}):
         with pytest.raises(ms.InputError, match=r"fibres\.sheet"):
             settled(body, **parts)
 
 
 def test_a_script_may_change_the_tension():
-    """ActiveStress, docstring: T may be a fem.Constant that the script changes."""
-    body = block()
-    tension = fem.Constant(body.mesh, 0.5)
-    mechanics = settled(body, law=PASSIVE, active_stress=ActiveStress(tension=tension))
+    """Mechanics.activation: the tension at the nodes, which a script may change."""
+    mechanics = settled(block(), 0.5, active=FibreTension())
     for value in (0.5, 1.0):
-        tension.value = value
+        mechanics.activation.x.array[:] = value
         mechanics.solve(0.0)
         along = np.linalg.norm(gradient(mechanics)[:, :, 0], axis=1)
         np.testing.assert_allclose(along, (MU / (MU + value)) ** (1 / 3), rtol=1e-9)

@@ -4,7 +4,6 @@ import dataclasses
 
 import myostrain as ms
 from myostrain import kinematics
-from myostrain.activation import Proportional
 from myostrain.materials import NeoHookean, Spring
 
 import numpy as np
@@ -44,7 +43,6 @@ def made(kinematic, **parts):
             ms.build(shape, fibres),
             kinematics=kinematic,
             material=Spring(mu=MU) if kinematic.dim == 1 else NeoHookean(mu=MU),
-            law=Proportional(beta=0.3),
             tolerance=1e-12,
             **parts,
         )

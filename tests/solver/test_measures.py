@@ -378,12 +378,11 @@ def numbers(comm):
         body,
         kinematics=ms.kinematics.Solid(),
         material=ms.materials.NeoHookean(),
-        law=ms.activation.Proportional(),
         robin=1.0,
     )
     u = lambda X: 0.01 * X[2] * [[10.0], [0.0], [10.0]] * X[:1] + [[0.0], [-0.004], [0.0]] * X[0] * X[2]
     mechanics.u.sub(0).interpolate(u)
-    mechanics.v.interpolate(lambda X: X[0] / 10)
+    mechanics.activation.interpolate(lambda X: -0.3 * X[0] / 10)
     return {**Measures(mechanics).values(), **EllipticityMonitor(mechanics).values()}
 """
 

@@ -1,7 +1,6 @@
 """The active line in equilibrium: closed forms of section 4 with every kind of support, to round-off."""
 
 import myostrain as ms
-from myostrain.activation import Proportional
 from myostrain.kinematics import Line
 from myostrain.materials import Spring
 
@@ -9,7 +8,7 @@ import numpy as np
 import pytest
 import ufl
 
-from mechanics_tools import random_potential
+from mechanics_tools import random_activation
 
 LENGTH, MU, BETA = 8.0, 2.5, 0.4
 # Stiffness of the support at the left and right end; zero is a free end, infinity a fixed one.
@@ -27,14 +26,14 @@ SUPPORTS = {
 
 def make(**parts):
     body = ms.build(ms.geometry.Line(length=LENGTH, spacing=0.5))
-    return ms.Mechanics(body, kinematics=Line(), material=Spring(mu=MU), law=Proportional(beta=BETA), **parts)
+    return ms.Mechanics(body, kinematics=Line(), material=Spring(mu=MU), **parts)
 
 
 def vertices(mechanics):
-    """Positions and potential at the mesh nodes, and the index that sorts them."""
-    X = mechanics.v.function_space.tabulate_dof_coordinates()[:, 0]
+    """Positions and γ at the mesh nodes, and the index that sorts them."""
+    X = mechanics.activation.function_space.tabulate_dof_coordinates()[:, 0]
     order = np.argsort(X)
-    return X[order], mechanics.v.x.array[order], order
+    return X[order], mechanics.activation.x.array[order], order
 
 
 def displacement(mechanics, X):
@@ -48,15 +47,15 @@ def displacement(mechanics, X):
 def test_supported_line(left, right, parts):
     """(4.2), (4.3), (7.8): x′ = (1 + γ)(1 + P/μ), P the same everywhere, −P/k the displacement of a right
     end on a spring, P/k of a left one; so (1 + P/μ) ∫(1 + γ) = L − P (1/k₀ + 1/k₁). Free ends: P = 0, x′
-    = 1 + γ. Isometric: P = μ (1/(1 + γ) − 1) with the mean of γ. Exact for a potential linear in each
+    = 1 + γ. Isometric: P = μ (1/(1 + γ) − 1) with the mean of γ. Exact for γ linear in each
     cell.
     """
     mechanics = make(**parts)
-    random_potential(mechanics)
-    X, v, _ = vertices(mechanics)
+    random_activation(mechanics, BETA)
+    X, gamma, _ = vertices(mechanics)
     mechanics.start()
 
-    active = np.concatenate([[0.0], np.cumsum(np.diff(X) * (1 - BETA * (v[1:] + v[:-1]) / 2))])
+    active = np.concatenate([[0.0], np.cumsum(np.diff(X) * (1 + (gamma[1:] + gamma[:-1]) / 2))])
     with np.errstate(divide="ignore"):
         compliance = np.float64(1) / left + np.float64(1) / right
     P = (LENGTH - active[-1]) / (active[-1] / MU + compliance)
@@ -73,7 +72,7 @@ def test_supported_line(left, right, parts):
 def test_isometric_line():
     """README, closed forms, on a line: P = μ (1/(1 + γ) − 1) at x′ = 1."""
     mechanics = make(fixed=["left", "right"])
-    mechanics.v.x.array[:] = 0.5
+    mechanics.activation.x.array[:] = -BETA * 0.5
     mechanics.start()
     np.testing.assert_allclose(mechanics.u.x.array, 0, rtol=0, atol=1e-14)
     np.testing.assert_allclose(mechanics.stress_trace(), MU * (1 / 0.8 - 1), rtol=1e-13)
@@ -89,11 +88,10 @@ def test_hanging_line():
         body,
         kinematics=Line(),
         material=Spring(mu=MU),
-        law=Proportional(beta=BETA),
         fixed=["left"],
         body_force=ufl.as_vector([b]),
     )
-    mechanics.v.x.array[:] = 0.75
+    mechanics.activation.x.array[:] = -BETA * 0.75
     mechanics.start()
     X = vertices(mechanics)[0]
     x = 0.7 * (X + b / MU * (LENGTH * X - X**2 / 2))
@@ -106,9 +104,9 @@ def test_units_are_free(length, spacing):
     size.
     """
     body = ms.build(ms.geometry.Line(length=length, spacing=spacing))
-    parts = dict(kinematics=Line(), material=Spring(mu=MU), law=Proportional(beta=BETA), fixed=["right"])
+    parts = dict(kinematics=Line(), material=Spring(mu=MU), fixed=["right"])
     mechanics = ms.Mechanics(body, **parts)
-    mechanics.v.x.array[:] = 1.0
+    mechanics.activation.x.array[:] = -BETA
     mechanics.start()
     X = vertices(mechanics)[0]
     np.testing.assert_allclose(displacement(mechanics, X), BETA * (length - X), rtol=0, atol=1e-12 * length)
@@ -122,7 +120,7 @@ def test_start_states():
     viscous = make(fixed=["left"], relaxation_time=0.3)
     held = make(fixed=["left"], imposed_stretch=ms.ImposedStretch(value=1.2, until=0.5))
     for mechanics, stretch in ((elastic, 1 - BETA), (viscous, 1.0), (held, 1.2)):
-        mechanics.v.x.array[:] = 1.0
+        mechanics.activation.x.array[:] = -BETA
         mechanics.start()
         X = vertices(mechanics)[0]
         np.testing.assert_allclose(displacement(mechanics, X), (stretch - 1) * X, rtol=0, atol=1e-12)
@@ -133,7 +131,7 @@ def test_imposed_stretch_holds_until_its_time():
     go.
     """
     mechanics = make(robin=0.7, imposed_stretch=ms.ImposedStretch(value=1.0, until=0.3))
-    mechanics.v.x.array[:] = 1.0
+    mechanics.activation.x.array[:] = -BETA
     mechanics.start()
     assert mechanics.held(0.0)
     assert mechanics.held(0.2)
@@ -143,7 +141,7 @@ def test_imposed_stretch_holds_until_its_time():
     assert not mechanics.u.x.array.any()
     mechanics.solve(0.3)
     free = make(robin=0.7)
-    free.v.x.array[:] = 1.0
+    free.activation.x.array[:] = -BETA
     free.start()
     assert np.abs(free.u.x.array).max() > 0.1
     np.testing.assert_allclose(mechanics.u.x.array, free.u.x.array, rtol=0, atol=1e-12)
@@ -158,6 +156,6 @@ def test_inverted_line_is_an_error(gamma, parts):
     """
     mechanics = make(**parts)
     mechanics.start()
-    mechanics.v.x.array[:] = -gamma / BETA
+    mechanics.activation.x.array[:] = gamma
     with pytest.raises(ms.ComputationError):
         mechanics.solve(1.0)

@@ -2,7 +2,6 @@
 
 import myostrain as ms
 import myostrain.mechanics.equilibrium
-from myostrain.activation import Proportional
 from myostrain.engine import compile_form, fem
 from myostrain.geometry import Body, Microstructure
 from myostrain.kinematics import Line, PlaneStrain, PlaneStress
@@ -21,7 +20,7 @@ from mechanics_tools import (
     gradient,
     moduli,
     plane_stress_cauchy,
-    random_potential,
+    random_activation,
     sheet,
 )
 
@@ -32,16 +31,15 @@ ACROSS = np.array([-N[1], N[0]])
 NEAR = 2e-11  # for quantities of order one, solved to 1e-13 of the diagonal: measured 3e-12 at most
 
 
-def make(kinematic, material, body=None, law=None, **parts):
-    law = law or Proportional(beta=-GAMMA)
+def make(kinematic, material, body=None, **parts):
     parts = dict(tolerance=1e-13) | parts  # of the diagonal: as near to the closed forms as round-off lets
-    return ms.Mechanics(body or sheet(), kinematics=kinematic, material=material, law=law, **parts)
+    return ms.Mechanics(body or sheet(), kinematics=kinematic, material=material, **parts)
 
 
 def contracted(kinematic, material, **parts):
-    """A mechanics in equilibrium with v = 1 everywhere."""
+    """A mechanics in equilibrium with γ everywhere."""
     mechanics = make(kinematic, material, **parts)
-    mechanics.v.x.array[:] = 1.0
+    mechanics.activation.x.array[:] = GAMMA
     mechanics.start()
     return mechanics
 
@@ -113,7 +111,7 @@ def test_a_free_body_knows_no_frame(kinematic, monkeypatch):
         mechanics = make(
             kinematic, NEO, body=Body(body.meshed, Microstructure(fem.Constant(body.mesh, R @ N)))
         )
-        random_potential(mechanics)
+        random_activation(mechanics)
         mechanics.start()
         forces = fem.assemble_vector(compile_form(mechanics.solver.residual)).array
         np.testing.assert_allclose(forces, 0, rtol=0, atol=NEAR)
@@ -144,7 +142,7 @@ def test_clamped_all_around_in_plane_strain():
         mechanics = make(PlaneStrain(), NEO, fixed=["left", "right", "bottom", "top"])
     except ms.InputError:
         return
-    random_potential(mechanics)
+    random_activation(mechanics)
     mechanics.start()
     trace = mechanics.stress_trace()
     mechanics.u.x.array[mechanics.u.function_space.sub(1).collapse()[1]] = 3.0
@@ -217,7 +215,7 @@ def test_sheet_between_two_springs(material):
         return sigma[0, 0] / stretch + k * (stretch - 1) * length / 2
 
     deformation = Diagonal(brentq(imbalance, 0.3, 1.0, xtol=1e-14), stretch)
-    parts = dict(robin=k, robin_boundary=["left", "right"], deformation=deformation)
+    parts = dict(robin=k, robin_boundary=["left", "right"], active=deformation)
     mechanics = contracted(PlaneStress(), material, body=sheet(size=(length, 1.0)), **parts)
     u, X = displacement_dofs(mechanics)
     expected = np.column_stack([(stretch - 1) * (X[:, 0] - length / 2), np.zeros(len(X))])
@@ -233,7 +231,7 @@ def test_springs_balance_the_load(kinematic):
     x, k, b = ufl.SpatialCoordinate(body.mesh), 1.3, ufl.as_vector([0.2, -0.3])
     parts = dict(robin=k, robin_boundary=["left", "top"], body_force=b)
     mechanics = make(kinematic, NEO, body=body, **parts)
-    random_potential(mechanics)
+    random_activation(mechanics)
     mechanics.start()
     u = ufl.split(mechanics.u)[0] if kinematic.has_pressure else mechanics.u
     ds, y = body.boundary_measure(["left", "top"], degree=4), x + u
@@ -251,7 +249,7 @@ SIDES = {"left": (0, 0.0), "right": (0, 2.0), "bottom": (1, 0.0), "top": (1, 1.0
 def test_fixed_side(side, kinematic):
     """Mechanics: u = 0 on the named part of the boundary, and there alone."""
     mechanics = make(kinematic, NEO, fixed=[side])
-    mechanics.v.x.array[:] = 0.3
+    mechanics.activation.x.array[:] = 0.3 * GAMMA
     mechanics.start()
     u, X = displacement_dofs(mechanics)
     axis, position = SIDES[side]
@@ -263,7 +261,7 @@ def test_fixed_side(side, kinematic):
 def test_plane_stress_is_free_of_stress_on_its_faces():
     """model.md, reading 2: σ₃₃ = 0, and the Cauchy stress is symmetric, where the stress varies."""
     mechanics = make(PlaneStress(), MOONEY, robin=1.0)
-    random_potential(mechanics)
+    random_activation(mechanics)
     mechanics.start()
     sigma = at_midpoints(mechanics.cauchy(), mechanics.body.mesh)()
     assert np.abs(sigma).max() > 0.1
@@ -271,7 +269,9 @@ def test_plane_stress_is_free_of_stress_on_its_faces():
     np.testing.assert_allclose(sigma, sigma.transpose(0, 2, 1), rtol=0, atol=1e-13)
     expected = plane_stress_cauchy(
         gradient(mechanics),
-        active(at_midpoints(GAMMA * mechanics.v, mechanics.body.mesh)(), np.tile([*N, 0.0], (len(sigma), 1))),
+        active(
+            at_midpoints(mechanics.activation, mechanics.body.mesh)(), np.tile([*N, 0.0], (len(sigma), 1))
+        ),
         *moduli(MOONEY),
         "total",
     )
@@ -281,7 +281,7 @@ def test_plane_stress_is_free_of_stress_on_its_faces():
 def test_displacement_at_the_mesh_nodes():
     """Mechanics.displacement: P1, the values of the quadratic field at the vertices."""
     mechanics = make(PlaneStrain(), NEO, fixed=["left"])
-    random_potential(mechanics)
+    random_activation(mechanics)
     mechanics.start()
     nodal = mechanics.displacement()
     u, X = displacement_dofs(mechanics)
@@ -316,7 +316,7 @@ BAD = {
 @pytest.mark.parametrize("parts, key, said", BAD.values(), ids=BAD.keys())
 def test_parts_that_do_not_fit(parts, key, said):
     """Mechanics: InputError names the key and what is allowed, before anything is solved (interface.md)."""
-    parts = dict(kinematics=PlaneStress(), material=NEO, law=Proportional()) | parts
+    parts = dict(kinematics=PlaneStress(), material=NEO) | parts
     geometry = parts.pop("body", None)
     body = ms.build(geometry) if geometry else sheet()
     with pytest.raises(ms.InputError, match=said) as caught:
@@ -342,6 +342,6 @@ def test_inverted_sheet_is_an_error():
     """Mechanics.solve: ComputationError where the body is inverted; det Fo = 1 + γ < 0 is no deformation
     (1.2).
     """
-    mechanics = make(PlaneStress(), NEO, law=GivenStrain(-1.5), robin=1.0)
+    mechanics = make(PlaneStress(), NEO, active=GivenStrain(-1.5), robin=1.0)
     with pytest.raises(ms.ComputationError):
         mechanics.start()

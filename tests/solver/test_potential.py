@@ -1,4 +1,4 @@
-"""The potential on a body: what is conserved, what dissipates, the stimulus, anisotropy, wrong input."""
+"""The potential on a body: what is conserved, what dissipates, the source, anisotropy, wrong input."""
 
 import myostrain as ms
 from myostrain.kinematics import Deformation
@@ -49,7 +49,7 @@ def test_conservative_balance_conserves_the_amount(scheme, body):
 
     At every step, to the round-off of 25 solves: measured 6e-14 at most, with the linear solver at 1e-14.
     """
-    model = line(SCHEMES[scheme], cell=INERT, initial=low_bump, **BODIES[body])
+    model = line(SCHEMES[scheme], membrane=INERT, initial=low_bump, **BODIES[body])
     found = amounts(model)
     moved = np.abs(model.mechanics.u.x.array).max()
     assert moved > 0.1  # the body did move, by up to 1.5
@@ -71,21 +71,20 @@ def test_conservation_is_that_of_the_linear_solver(mass):
         body,
         kinematics=ms.kinematics.Line(),
         material=ms.materials.Spring(),
-        law=ms.activation.Proportional(),
         fixed=["left"],
     )
     potential = ms.Potential(
-        body, cell=INERT, diffusivity=100.0, mass=mass, deformation=mechanics.deformation
+        body, membrane=INERT, diffusivity=100.0, mass=mass, deformation=mechanics.deformation
     )
     potential.v.x.array[:] = low_bump(coordinates(potential)[:, 0])
-    found = amounts(ms.Electromechanics(potential, mechanics, ms.SecondOrder()))
+    found = amounts(ms.Electromechanics(potential, mechanics, scheme=ms.SecondOrder()))
     assert 1e-15 < np.abs(found / found[0] - 1).max() < 2e-9
 
 
 @pytest.mark.parametrize("scheme", list(SCHEMES))
 def test_advective_balance_does_not(scheme):
     """model.md, reading 7: J ∂v/∂t is another model.  ∫ J v changes by 0.9 % as the bump flattens."""
-    found = amounts(line(SCHEMES[scheme], cell=INERT, initial=low_bump, balance="advective"))
+    found = amounts(line(SCHEMES[scheme], membrane=INERT, initial=low_bump, balance="advective"))
     assert 0.005 < found[-1] / found[0] - 1 < 0.02
 
 
@@ -96,14 +95,14 @@ def test_recovery_has_its_own_balance(body):
     With ∫ J v = V constant, W = ∫ J w obeys dW/dt = V − W/τ whatever the body does, and the implicit scheme
     solves that by W₁ = (W₀ + h V)/(1 + h/τ), to the tolerance of its fixed point (1e-11).
     """
-    model = line(SCHEMES["implicit"], cell=INERT, initial=low_bump, **BODIES[body])
+    model = line(SCHEMES["implicit"], membrane=INERT, initial=low_bump, **BODIES[body])
     potential, h, tau = model.potential, 1e-3, INERT.tau
     model.start()
     V, W = potential.amount(), 0.0
     for number in range(1, 21):
         model.step(number * h)
         W = (W + h * V) / (1 + h / tau)
-        total = np.sum(potential.weight * potential.ratio * potential.states["recovery"].x.array)
+        total = np.sum(potential.weight * potential.ratio * potential.field_values()["recovery"])
         assert total == pytest.approx(W, rel=1e-10)  # measured 6e-12
 
 
@@ -121,7 +120,7 @@ class Fixed:
         )
         self.potential = ms.Potential(
             self.body,
-            cell=self.cell,
+            membrane=self.cell,
             diffusivity=self.D,
             deformation=Deformation(ufl.as_matrix(F_FIXED.tolist())),
             options=TIGHT,
@@ -131,12 +130,12 @@ class Fixed:
 
     def energy(self):
         """∫ v²/2 + A w²/2 with the lumped mass."""
-        v, w = (field.x.array for field in self.potential.fields)
+        v, w = self.potential.field_values().values()
         return np.sum(self.potential.weight * (v**2 + self.cell.A * w**2)) / 2
 
     def rate(self):
         """The right-hand side of (5.1)."""
-        v, w = (field.x.array for field in self.potential.fields)
+        v, w = self.potential.field_values().values()
         A, alpha, tau = self.cell.A, self.cell.alpha, self.cell.tau
         reaction = A * v**2 * (v - alpha) * (v - 1) + A * w**2 / tau
         return -fem.assemble_scalar(self.dissipation) - np.sum(self.potential.weight * reaction)
@@ -145,7 +144,7 @@ class Fixed:
         """|energy gained − ∫ rate dt| by the rule of the scheme's order: right end, or trapezoids."""
         X, Y = coordinates(self.potential).T
         self.potential.v.x.array[:] = 0.8 * np.exp(-((X / 2) ** 2) - (Y / 2) ** 2)
-        model = ms.Electromechanics(self.potential, None, scheme)
+        model = ms.Electromechanics(self.potential, None, scheme=scheme)
         model.start()
         before, rates = self.energy(), [self.rate()]
         for number in range(1, round(end / step) + 1):
@@ -170,17 +169,17 @@ def test_energy_identity(scheme):
     assert scheme.order - 0.12 < observed_orders(defects)[-1] < scheme.order + 0.12
 
 
-def test_stimulus_is_a_rate_of_v_at_points_and_times():
+def test_source_is_a_rate_of_v_at_points_and_times():
     """The docstring's contract: points (n, dim) and the time at the end of the step give a rate of v."""
     seen = []
 
-    def stimulus(points, time):
+    def source(points, time):
         seen.append((points.shape, time))
         return np.where(points[:, 0] < 1.5, 4.0, 0.0)
 
     body = ms.build(ms.geometry.Line(length=4.0))
-    potential = ms.Potential(body, cell=INERT, diffusivity=1e-12, stimulus=stimulus, options=TIGHT)
-    model = ms.Electromechanics(potential, None, ms.Staggered())
+    potential = ms.Potential(body, membrane=INERT, diffusivity=1e-12, source=source, options=TIGHT)
+    model = ms.Electromechanics(potential, None, scheme=ms.Staggered())
     model.start()
     for number in (1, 2, 3):
         model.step(0.25 * number)
@@ -201,7 +200,7 @@ def test_moments_of_a_spreading_bump_show_the_conductivity():
     F = np.array([[1.3, 0.5], [0.1, 0.9]])
     potential = ms.Potential(
         body,
-        cell=INERT,
+        membrane=INERT,
         diffusivity=(4.0, 1.0),
         deformation=Deformation(ufl.as_matrix(F.tolist()), ufl.det(ufl.as_matrix(F.tolist()))),
         options=TIGHT,
@@ -216,7 +215,7 @@ def test_moments_of_a_spreading_bump_show_the_conductivity():
         return np.einsum("n,ni,nj->ij", potential.weight * potential.v.x.array, X, X)
 
     before, total = second_moments(), np.sum(potential.weight * potential.v.x.array)
-    model = ms.Electromechanics(potential, None, ms.Staggered())
+    model = ms.Electromechanics(potential, None, scheme=ms.Staggered())
     model.start()
     model.step(0.01)
     model.step(0.02)
@@ -238,7 +237,7 @@ def test_wrong_input_is_refused(change, message):
     """CONTRIBUTING.md: "Wrong input names the key, the value and what is allowed"."""
     body = ms.build(ms.geometry.Line(length=4.0))
     with pytest.raises(ms.InputError, match=message):
-        ms.Potential(body, cell=INERT, **change)
+        ms.Potential(body, membrane=INERT, **change)
 
 
 def test_a_direct_solver_can_be_asked_for():

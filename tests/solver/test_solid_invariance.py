@@ -4,7 +4,7 @@ import functools
 import itertools
 
 import myostrain as ms
-from myostrain.activation import Fibre, Orthotropic, Proportional
+from myostrain.activation import Fibre, FibreTension, Orthotropic
 from myostrain.engine import compile_form, fem
 from myostrain.geometry import Body, Microstructure
 from myostrain.kinematics import Solid
@@ -19,6 +19,7 @@ from solid_tools import (
     CONSTRAINTS,
     DEFORMATIONS,
     SOLID_MATERIALS,
+    TENSIONS,
     Parts,
     Solids,
     block,
@@ -30,53 +31,62 @@ from solid_tools import (
 
 MATERIAL_NAMES = [cls.__name__ for cls in SOLID_MATERIALS]
 COMBINATIONS = list(
-    itertools.product(MATERIAL_NAMES, [cls.__name__ for cls in DEFORMATIONS], CONSTRAINTS, [0.0, 1.5])
+    itertools.product(MATERIAL_NAMES, [cls.__name__ for cls in [*DEFORMATIONS, *TENSIONS]], CONSTRAINTS)
 )
 MU = 1.7
 
 
 class Everything:
-    """A body of 12 distorted tetrahedra of every material, deformation and constraint, and its forms."""
+    """A body of 12 distorted tetrahedra of every material and constraint, and its forms.
 
-    def __init__(self):
-        parts = [c() for c in SOLID_MATERIALS], [c() for c in DEFORMATIONS]
-        self.solids = Solids(block(distortion=0.1), *parts, tension=True)
+    Of every active deformation, or of every active tension.
+    """
+
+    def __init__(self, actives):
+        self.solids = Solids(block(distortion=0.1), [c() for c in SOLID_MATERIALS], actives)
         mechanics = self.solids.mechanics
         self.vector, self.tangent = mechanics.solver._residual, mechanics.solver._tangent
         with quick_kernels():
-            stored = mechanics._active.stored(mechanics._active.lifted(mechanics.u, mechanics.v), mechanics.v)
+            equations, activation = mechanics._active, mechanics.activation
+            stored = equations.stored(equations.lifted(mechanics.u, activation), activation)
             self.energy = compile_form(stored * mechanics._dx)
 
     def at_random(self, *combination):
         """A random state of a random activation: |Grad u| up to a fifth, p about one."""
-        material, deformation, constraint, tension = combination
-        mechanics = self.solids.choose(material, deformation, constraint, tension)
+        mechanics = self.solids.choose(*combination)
         rng = np.random.default_rng(21)
-        v, parts = mechanics.v.x.array, self.solids.parts
-        v[:] = rng.uniform(0.1, 0.5, len(v))
+        a, parts = mechanics.activation.x.array, self.solids.parts
+        a[:] = rng.uniform(0.1, 0.5, len(a)) * (-0.5 if mechanics.yields == "strain" else 1.5)
         parts.put(0.03 * rng.uniform(-1, 1, parts.u.shape), 1 + 0.3 * rng.uniform(-1, 1, parts.p.shape))
         return mechanics, parts
 
 
 @functools.cache
-def everything():
-    return Everything()
+def straining():
+    return Everything([c() for c in DEFORMATIONS])
 
 
-def names(value):
-    return {0.0: "strain", 1.5: "strain and stress"}.get(value, str(value))
+@functools.cache
+def pulling():
+    return Everything([c() if c is not FibreTension else c(transverse=0.3) for c in TENSIONS])
 
 
-@pytest.mark.parametrize("combination", COMBINATIONS, ids=lambda c: "-".join(map(names, c)))
+def everything(combination):
+    """That which has the combination's activation."""
+    return straining() if combination[1] in [cls.__name__ for cls in DEFORMATIONS] else pulling()
+
+
+@pytest.mark.parametrize("combination", COMBINATIONS, ids="-".join)
 def test_tangent_is_the_derivative_of_the_residual(combination):
     """Issue: "Tangents by finite differences for every material, activation and constraint": of the matrix
-    that Newton factorizes, for every export, with and without an active stress, on distorted tetrahedra;
+    that Newton factorizes, for every export, active strains and active tensions, on distorted tetrahedra;
     it is symmetric, as that of an energy is.
     """
-    mechanics, _ = everything().at_random(*combination)
+    every = everything(combination)
+    mechanics, _ = every.at_random(*combination)
     unknown = mechanics.u.x.array
     state, direction = unknown.copy(), np.random.default_rng(3).uniform(-1, 1, len(unknown))
-    matrix = fem_petsc.assemble_matrix(everything().tangent)
+    matrix = fem_petsc.assemble_matrix(every.tangent)
     matrix.assemble()
     product, d = matrix.createVecLeft(), matrix.createVecRight()
     d.array[:] = direction
@@ -84,7 +94,7 @@ def test_tangent_is_the_derivative_of_the_residual(combination):
 
     def at(h):
         unknown[:] = state + h * direction
-        return fem.assemble_vector(everything().vector).array
+        return fem.assemble_vector(every.vector).array
 
     h = 1e-5
     rate = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
@@ -94,16 +104,17 @@ def test_tangent_is_the_derivative_of_the_residual(combination):
     assert matrix.isSymmetric(1e-12 * scale)
 
 
-@pytest.mark.parametrize("combination", COMBINATIONS, ids=lambda c: "-".join(map(names, c)))
+@pytest.mark.parametrize("combination", COMBINATIONS, ids="-".join)
 def test_forces_of_a_body_balance_and_turn_with_it(combination):
     """Issue: "Objectivity. Zero net force and moment on a free body". At any state, of equilibrium or not,
     the nodal forces have neither sum nor moment about the origin (x × force: a rotation of the body is among
     its displacements); and the body turned in space has the same energy, turned forces, the same volumes.
     """
-    _, parts = everything().at_random(*combination)
+    every = everything(combination)
+    _, parts = every.at_random(*combination)
     u, p = parts.u, parts.p
     forces, volumes = parts.forces()
-    scale, energy = np.abs(forces).max(), fem.assemble_scalar(everything().energy)
+    scale, energy = np.abs(forces).max(), fem.assemble_scalar(every.energy)
     assert scale > 0.05
     np.testing.assert_allclose(forces.sum(0), 0, rtol=0, atol=1e-13 * scale)  # measured 4e-15
     np.testing.assert_allclose(np.cross(parts.X + u, forces).sum(0), 0, rtol=0, atol=1e-13 * scale)
@@ -112,12 +123,12 @@ def test_forces_of_a_body_balance_and_turn_with_it(combination):
     turned, turned_volumes = parts.forces()
     np.testing.assert_allclose(turned, forces @ Q.T, rtol=0, atol=1e-11 * scale)  # measured 3e-13
     np.testing.assert_allclose(turned_volumes, volumes, rtol=0, atol=1e-14)
-    assert fem.assemble_scalar(everything().energy) == pytest.approx(energy, rel=1e-11)  # measured 3e-13
+    assert fem.assemble_scalar(every.energy) == pytest.approx(energy, rel=1e-11)  # measured 3e-13
 
 
-def put_potential(mechanics, seed=4):
-    v = mechanics.v.x.array
-    v[:] = np.random.default_rng(seed).uniform(0.0, 0.6, len(v))
+def put_activation(mechanics, seed=4):
+    gamma = mechanics.activation.x.array
+    gamma[:] = np.random.default_rng(seed).uniform(-0.3, 0.0, len(gamma))
 
 
 def test_a_rotated_problem_has_the_rotated_answer():
@@ -132,14 +143,13 @@ def test_a_rotated_problem_has_the_rotated_answer():
             body,
             kinematics=Solid(),
             material=NeoHookean(mu=MU),
-            law=Proportional(beta=0.5),
-            deformation=Orthotropic(),
+            active=Orthotropic(),
             fixed=["left"],
             pressure={"top": 0.05},
             body_force=fem.Constant(body.mesh, Q @ np.array([0.05, -0.02, 0.03])),
             tolerance=1e-12,
         )
-        put_potential(mechanics)
+        put_activation(mechanics)
         mechanics.start()
         parts = Parts(mechanics)
         answers.append((parts.u @ Q, parts.p))
@@ -156,7 +166,7 @@ def test_a_free_body_knows_no_frame():
     answers = []
     for Q in (np.eye(3), random_rotation(13)):
         solids = Solids(rotated(block(distortion=0.1), Q), [NeoHookean(mu=MU)], [Fibre()])
-        put_potential(solids.mechanics)
+        put_activation(solids.mechanics)
         solids.mechanics.start()
         F = solids.gradient()
         forces, _ = solids.parts.forces()
@@ -198,11 +208,10 @@ def twisted(handedness, mirror):
         body,
         kinematics=Solid(),
         material=NeoHookean(mu=MU),
-        law=Proportional(beta=0.3),
         fixed=["bottom"],
         tolerance=1e-12,
     )
-    mechanics.v.x.array[:] = 0.5
+    mechanics.activation.x.array[:] = -0.15
     mechanics.start()
     parts = Parts(mechanics)
     top = np.isclose(parts.X[:, 2], 2.0)
@@ -239,15 +248,15 @@ def test_viscous_stress_knows_no_turning_frame():
     rng = np.random.default_rng(31)
     old, new = (parts.X + 0.05 * rng.uniform(-1, 1, parts.X.shape) for _ in range(2))
     still, turning = (np.eye(3), np.eye(3)), (random_rotation(1), random_rotation(2))
-    for name in solids.deformation.names:
+    for name in solids.active.names:
         solids.choose("NeoHookean", name)
         answers = []
         for Q_old, Q_new in (still, turning):
-            put_potential(mechanics, seed=1)
+            put_activation(mechanics, seed=1)
             mechanics.release()
             parts.put(old @ Q_old.T - parts.X, 1.0)
             mechanics.accept(0.0)
-            put_potential(mechanics, seed=2)
+            put_activation(mechanics, seed=2)
             mechanics._set_rates(0.1, 1)
             parts.put(new @ Q_new.T - parts.X, 1.0)
             forces, _ = parts.forces()

@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import myostrain as ms
-from myostrain.activation import Fibre, Proportional
 from myostrain.engine import compile_form, fem
 from myostrain.geometry import Microstructure
 from myostrain.kinematics import PlaneStrain, PlaneStress, Solid
@@ -25,6 +24,7 @@ from mechanics_tools import (
     directions,
     field,
     put,
+    random_activation,
     rotations,
     sample_mesh,
 )
@@ -42,8 +42,8 @@ def stress_in_three_dimensions(F, F_rate, gamma, n, material):
         put(function, samples)
     solid = Solid(bulk_modulus=1.0)  # without a pressure
     body = SimpleNamespace(mesh=mesh, dim=3, fibres=Microstructure(fibre))
-    equations = ActiveBody(body, solid, material, GivenStrain(strain), Fibre(), LAMBDA)
-    S = at_midpoints(equations.viscous_stress(rate, None), mesh)().reshape(-1, 3, 3)
+    equations = ActiveBody(body, solid, material, GivenStrain(strain), LAMBDA)
+    S = at_midpoints(equations.viscous_stress(rate, 0.0), mesh)().reshape(-1, 3, 3)
     return S, E_rate
 
 
@@ -75,18 +75,19 @@ def viscous_forces(mechanics, old, new):
     equations = mechanics._active
     past = fem.Function(mechanics.u.function_space)
     mechanics.u.x.array[:], past.x.array[:] = (new - X).ravel(), (old - X).ravel()
-    rate = equations.strain_rate([10.0, -10.0], [(mechanics.u, mechanics.v), (past, mechanics.v)])
+    gamma = mechanics.activation
+    rate = equations.strain_rate([10.0, -10.0], [(mechanics.u, gamma), (past, gamma)])
     test = ufl.TestFunction(mechanics.u.function_space)
-    power = equations.viscous_power(rate, mechanics.u, mechanics.v, test)
+    power = equations.viscous_power(rate, mechanics.u, gamma, test)
     return fem.assemble_vector(compile_form(power * ufl.dx)).array.reshape(-1, 2)
 
 
 def sheet(kinematics, **parts):
-    """A viscous sheet of 32 triangles with oblique fibres and a random potential."""
+    """A viscous sheet of 32 triangles with oblique fibres and a random activation."""
     body = ms.build(ms.geometry.Rectangle(size=(2.0, 2.0), spacing=0.5), ms.UniformFibres(direction=(2, 1)))
-    parts = dict(material=NeoHookean(mu=2.5), law=Proportional(0.3), relaxation_time=LAMBDA) | parts
+    parts = dict(material=NeoHookean(mu=2.5), relaxation_time=LAMBDA) | parts
     mechanics = ms.Mechanics(body, kinematics=kinematics, **parts)
-    mechanics.v.x.array[:] = np.random.default_rng(2).uniform(0, 1, len(mechanics.v.x.array))
+    random_activation(mechanics, seed=2)
     return mechanics
 
 
@@ -110,7 +111,7 @@ def test_tangent(kinematics, monkeypatch):
     monkeypatch.setattr("myostrain.mechanics.equilibrium.ChordNewton", Recorded)
     mechanics = sheet(kinematics, robin=0.6)
     mechanics.start()
-    mechanics.v.x.array[:] *= 0.5
+    mechanics.activation.x.array[:] *= 0.5
     mechanics.solve(0.1)  # sets the rates
     mechanics.u.x.array[:] += 0.02 * np.random.default_rng(6).uniform(-1, 1, len(mechanics.u.x.array))
     check_tangent(mechanics)
@@ -157,7 +158,6 @@ def measured_stretch(times, size, kinematics, order=2, relaxation_time=LAMBDA):
         body,
         kinematics=kinematics,
         material=NeoHookean(mu=MU),
-        law=Proportional(beta=0.5),
         relaxation_time=relaxation_time,
         tolerance=1e-11,
     )
@@ -165,7 +165,7 @@ def measured_stretch(times, size, kinematics, order=2, relaxation_time=LAMBDA):
     grad_u = at_midpoints(ufl.grad(mechanics._active.displacement(mechanics.u)), body.mesh)
     found = []
     for t in times:
-        mechanics.v.x.array[:] = -activation_at(t, size) / 0.5
+        mechanics.activation.x.array[:] = activation_at(t, size)
         mechanics.solve(t, order=order)
         mechanics.accept(t)
         F = np.eye(2) + grad_u()  # the block turns as it deforms: it is held at two points

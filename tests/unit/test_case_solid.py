@@ -6,7 +6,7 @@ import tomllib
 
 import myostrain as ms
 from myostrain import Case, InputError
-from myostrain.activation import ActiveStress, Orthotropic, Proportional
+from myostrain.activation import ActiveStress, FibreTension, Orthotropic, Proportional
 
 import numpy as np
 import pytest
@@ -61,6 +61,7 @@ def test_the_case_builds_what_it_says():
             {
                 "activation": {"law": "proportional", "beta": 0.2, "deformation": "orthotropic", "kappa": 0.3}
                 | {"transmural": [0.5, 1.5], "transmural_between": ["bottom", "top"]},
+                "drive.potential": 0.6,
                 "fibres.sheet": [0.0, 0.0, 1.0],
                 "mechanics": {
                     "kinematics": "solid",
@@ -85,29 +86,31 @@ def test_the_case_builds_what_it_says():
         body,
         kinematics=ms.kinematics.Solid(constraint="elastic", bulk_modulus=50.0),
         material=ms.materials.NeoHookean(mu=1.0),
-        law=Proportional(beta=0.2),
-        deformation=Orthotropic(kappa=0.3),
-        activity=ms.geometry.transmural(body, (0.5, 1.5), ("bottom", "top")),
+        active=Orthotropic(kappa=0.3),
         robin={"left": 0.7},
         robin_normal={"front": 0.2},
         sliding=["bottom"],
         pressure={"right": 0.1},
     )
+    given = ms.GivenPotential(body, ms.Drive(potential=0.6))
+    activity = ms.geometry.transmural(body, (0.5, 1.5), ("bottom", "top"))
+    by_hand = ms.Electromechanics(given, mechanics, law=Proportional(beta=0.2), activity=activity)
     model.start()
-    model.mechanics.v.x.array[:] = mechanics.v.x.array[:] = 0.6
-    model.mechanics.start()
-    mechanics.start()
+    by_hand.start()
     assert np.abs(mechanics.u.x.array).max() > 0.1
     np.testing.assert_allclose(model.mechanics.u.x.array, mechanics.u.x.array, rtol=0, atol=1e-8)
 
 
 def test_active_stress_takes_the_place_of_the_law():
-    """[activation] law = "active-stress": no active strain beside it, and the record says its keys."""
+    """[activation] law = "active-stress": a tension, and no active strain; the record says its keys."""
     case = Case.from_dict(changed(STATIC, {"activation.transverse": 0.2}))
-    assert case.law == ActiveStress(tension=0.3, transverse=0.2)
+    assert (case.law, case.active) == (ActiveStress(tension=0.3), FibreTension(transverse=0.2))
     assert case.parameters["activation"] == {"law": "active-stress", "tension": 0.3, "transverse": 0.2}
-    mechanics = case.build(ALONE).mechanics
-    assert float(mechanics.law.gamma(1.0)) == 0.0
+    model = case.build(ALONE)
+    model.start()
+    model.step(0.25)
+    assert model.mechanics.yields == "tension"
+    np.testing.assert_allclose(model.mechanics.activation.x.array, 0.25 * 0.3, rtol=1e-14)
 
 
 def test_a_whole_endocardium_may_begin():

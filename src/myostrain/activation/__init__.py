@@ -1,41 +1,39 @@
-"""Activation: a law gives γ from the potential, a deformation gives Fo from γ; one of each a file.
+"""Activation: how the active strain γ, or a tension, follows what drives it, and what it does to the body.
 
-A law has ``gamma(v)`` in plain arithmetic or UFL functions; a deformation has ``tensor(gamma, fibres)``. The
-other approach, :class:`ActiveStress`, has ``energy(F, fibres, v)``. Each is replaceable by an object of the
-user's script.
+An :class:`ActivationLaw` works on arrays of nodal values, in NumPy. It names its ``drivers`` and its own
+``states``, and yields γ or a tension at every node. What γ does is said by an :class:`ActiveDeformation` (Fo
+from γ), what a tension does by an :class:`ActiveTension` (an energy): both in UFL. Each is one class a file,
+and replaceable by an object of the user's script.
 """
 
-from typing import Any, Protocol
-
 from myostrain.activation.active_stress import ActiveStress
+from myostrain.activation.contracts import (
+    ActivationLaw,
+    ActiveDeformation,
+    ActiveTension,
+    LawWithStates,
+    Yield,
+)
 from myostrain.activation.fibre import Fibre
+from myostrain.activation.fibre_tension import FibreTension
+from myostrain.activation.nodal_activation import NodalActivation
 from myostrain.activation.orthotropic import Orthotropic
 from myostrain.activation.proportional import Proportional
+from myostrain.activation.relaxing import Relaxing
 from myostrain.activation.transversely_isotropic import TransverselyIsotropic
-
-
-class ActivationLaw(Protocol):
-    """What the mechanics asks of an activation law."""
-
-    def gamma(self, v: Any) -> Any:
-        """Active strain γ along the fibre for the potential v; negative contracts."""
-        ...
-
-
-class ActiveDeformation(Protocol):
-    """What the mechanics asks of an active deformation."""
-
-    def tensor(self, gamma: Any, fibres: Any) -> Any:
-        """Fo for the active strain γ and the unit directions ``fibres.f0``, ``s0``, ``n0``."""
-        ...
-
 
 __all__ = [
     "ActivationLaw",
     "ActiveDeformation",
     "ActiveStress",
+    "ActiveTension",
     "Fibre",
+    "FibreTension",
+    "LawWithStates",
+    "NodalActivation",
     "Orthotropic",
     "Proportional",
+    "Relaxing",
     "TransverselyIsotropic",
+    "Yield",
 ]

@@ -21,14 +21,5 @@ def _finite(value: Any) -> float | Expr:
     return float(value)
 
 
-def _positive(value: Any) -> float | Expr:
-    checked = _finite(value)
-    if isinstance(checked, float) and not checked > 0:
-        raise ValueError("this should be greater than 0")
-    return checked
-
-
 #: A number, or a UFL scalar on the body's mesh.
 Coefficient = Annotated[float | Expr, PlainValidator(_finite)]
-#: A positive number, or a UFL scalar on the body's mesh, whose sign nobody checks.
-PositiveCoefficient = Annotated[float | Expr, PlainValidator(_positive)]

@@ -1,7 +1,8 @@
 """Active strain proportional to the potential."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
+from myostrain.activation.contracts import Yield
 from myostrain.validation import description
 
 from pydantic import Field
@@ -17,7 +18,9 @@ class Proportional:
     """
 
     beta: Annotated[float, Field(ge=0, lt=1, strict=True)] = 0.3
+    drivers: ClassVar[tuple[str, ...]] = ("potential",)
+    yields: ClassVar[Yield] = "strain"
 
-    def gamma(self, v: Any) -> Any:
-        """Active strain for the potential v."""
-        return -self.beta * v
+    def activation(self, states: Any, drivers: Any) -> Any:
+        """γ (nodes,) for the potential."""
+        return -self.beta * drivers["potential"]

@@ -10,10 +10,20 @@ from pathlib import Path
 from typing import Any
 
 from myostrain import geometry, kinematics
-from myostrain.activation import ActiveStress, Proportional
+from myostrain.activation import FibreTension
 from myostrain.case import size_estimate
 from myostrain.case.overrides import override
-from myostrain.case.parsing import make, make_probes, make_solver, pick, plain, word
+from myostrain.case.parsing import (
+    dotted,
+    make,
+    make_placed,
+    make_probes,
+    make_solver,
+    pick,
+    plain,
+    shown,
+    word,
+)
 from myostrain.case.sections import (
     CELLS,
     DEFORMATIONS,
@@ -21,6 +31,7 @@ from myostrain.case.sections import (
     GEOMETRIES,
     KINEMATICS,
     LAWS,
+    LISTS,
     MATERIALS,
     SCHEMES,
     SECTIONS,
@@ -32,17 +43,13 @@ from myostrain.case.sections import (
     TransmuralSection,
     UnitsSection,
 )
-from myostrain.coupling import Electromechanics, Implicit
-from myostrain.electrics.given_potential import Drive, GivenPotential
-from myostrain.electrics.initial_values import BoundaryBump, Bump
-from myostrain.electrics.potential import Potential
+from myostrain.coupling import Electromechanics
+from myostrain.electrics import Drive, GivenPotential, InitialValues, Potential, Stimulus
 from myostrain.engine import MPI
-from myostrain.errors import InputError, dotted, nearest, shown
+from myostrain.errors import InputError, nearest
 from myostrain.mechanics.equilibrium import ImposedStretch, Mechanics
 from myostrain.run.simulation import Simulation
-
-#: Keys that say where a bump is, of which a case has some.
-PLACES = ("center", "radius", "boundary")
+from myostrain.schemes import Implicit
 
 #: Bytes of a case file at most: a larger one is something else.
 MAX_FILE = 1_000_000
@@ -65,10 +72,11 @@ class Case:
     fibres: Any
     cell: Any
     potential: PotentialSection
-    initial: Any
+    initial: tuple[InitialValues, ...]
+    stimuli: tuple[Stimulus, ...]
     drive: Drive | None
     law: Any
-    deformation: Any
+    active: Any
     transmural: TransmuralSection
     material: Any
     kinematics: Any
@@ -129,7 +137,11 @@ class Case:
         for section, needed in SECTIONS.items():
             if needed and section not in data:
                 raise InputError("this section is missing", section)
-            if not isinstance(data.get(section, {}), Mapping):
+            given = data.get(section, {})
+            listed = (
+                section in LISTS and isinstance(given, list) and all(isinstance(g, Mapping) for g in given)
+            )
+            if not isinstance(given, Mapping) and not listed:
                 raise InputError(f"this is a section, not a value: [{section}]", section)
         _check_drive(data)
         for key in TEXTS:
@@ -142,7 +154,7 @@ class Case:
             raise InputError(
                 f"a result folder is called by it: give a short word, not {shown(data['name'])}", "name"
             )
-        part = {section: dict(data.get(section, {})) for section in SECTIONS}
+        part = {section: dict(data.get(section, {})) for section in SECTIONS if section not in LISTS}
 
         form = pick(part["geometry"], "geometry.kind", GEOMETRIES)
         kin = pick(part["mechanics"], "mechanics.kinematics", KINEMATICS)
@@ -150,11 +162,16 @@ class Case:
         fibres = pick(part["fibres"], "fibres.kind", FIBRES, "uniform") if part["fibres"] else None
         model = pick(part["cell"], "cell.model", CELLS, "FitzHughNagumo")
         law = pick(part["activation"], "activation.law", LAWS, "proportional")
-        if law is ActiveStress and "deformation" in part["activation"]:
+        tension = getattr(law, "yields", "strain") == "tension"
+        if tension and "deformation" in part["activation"]:
             raise InputError(
                 "an active stress takes the place of a deformation; leave one out", "activation.deformation"
             )
-        active = pick(part["activation"], "activation.deformation", DEFORMATIONS, "fibre")
+        active = (
+            FibreTension
+            if tension
+            else pick(part["activation"], "activation.deformation", DEFORMATIONS, "fibre")
+        )
         strain = _take(part["activation"], active)
         through = _take(part["activation"], TransmuralSection)
         material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
@@ -178,16 +195,14 @@ class Case:
             raise InputError("this key is called mechanics.every", "time.every")
         timing = {k: part["time"].pop(k) for k in ("step", "end") if k in part["time"]}
         driven = "drive" in data
-        bump = BoundaryBump if "boundary" in part["initial"] else Bump
         made = {
             "units": make(UnitsSection, part["units"], "units"),
             "geometry": make(form, part["geometry"], "geometry", also=("kind",)),
             "fibres": make(fibres, part["fibres"], "fibres", also=("kind",)) if fibres else None,
             "cell": make(model, part["cell"], "cell", also=("model",)),
             "potential": make(PotentialSection, part["potential"], "potential"),
-            "initial": None
-            if driven
-            else make(bump, part["initial"], "initial", also=("center", "radius", "boundary")),
+            "initial": make_placed(InitialValues, data.get("initial", ()), "initial"),
+            "stimuli": make_placed(Stimulus, data.get("stimulus", ()), "stimulus"),
             "drive": make(Drive, part["drive"], "drive") if driven else None,
             "law": make(
                 law,
@@ -195,7 +210,7 @@ class Case:
                 "activation",
                 also=("law", "deformation", *(f.name for f in dataclasses.fields(TransmuralSection))),
             ),
-            "deformation": make(active, strain, "activation"),
+            "active": make(active, strain, "activation"),
             "transmural": make(TransmuralSection, through, "activation"),
             "material": make(material, part["material"], "material", also=("model",)),
             "mechanics": make(
@@ -246,16 +261,11 @@ class Case:
             InputError: What only shows on the mesh: a boundary that is not there, a bump without a node, ...
         """
         body = geometry.build(self.geometry, self.fibres, comm)
-        stress = isinstance(self.law, ActiveStress)
         mechanics = Mechanics(
             body,
             kinematics=self.kinematics,
             material=self.material,
-            law=Proportional(beta=0.0) if stress else self.law,
-            deformation=self.deformation,
-            active_stress=self.law if stress else None,
-            activity=self._activity(body),
-            activity_max=max(self.transmural.transmural or (1.0,)),
+            active=self.active,
             robin=self.mechanics.robin,
             robin_boundary=self.mechanics.robin_boundary,
             robin_normal=self.mechanics.robin_normal,
@@ -267,31 +277,28 @@ class Case:
             tolerance=self.mechanics.tolerance,
             options=self.solver.get("mechanics"),
         )
-        if self.initial is None:
+        coupled = dict(law=self.law, scheme=self.scheme, activity=self._activity(body))
+        if self.drive is not None:
             given: Any = GivenPotential(body, self.drive)
-            return Electromechanics(given, mechanics, self.scheme)
+            return Electromechanics(given, mechanics, **coupled)
         potential = Potential(
             body,
-            cell=self.cell,
+            membrane=self.cell,
             diffusivity=self.potential.diffusivity,
             balance=self.potential.balance,
             mass=self.potential.mass,
             deformation=mechanics.deformation,
+            initial=self.initial,
+            stimuli=self.stimuli,
             options=self.solver.get("potential"),
         )
-        self.initial.apply(potential)
-        return Electromechanics(potential, mechanics, self.scheme)
+        return Electromechanics(potential, mechanics, **coupled)
 
     def _activity(self, body: geometry.Body) -> Any:
         ends = self.transmural.transmural
         if ends is None:
-            return None
+            return 1.0
         return geometry.transmural(body, ends, self.transmural.transmural_between)
-
-    def _files(self) -> dict[str, tuple[Path, ...]]:
-        """The files that the case is from, by the key that names them."""
-        parts = {"geometry.path": self.geometry, "fibres.path": self.fibres}
-        return {key: part.files for key, part in parts.items() if hasattr(part, "files")}
 
     def simulation(
         self,
@@ -323,7 +330,7 @@ class Case:
             ellipticity=self.mechanics.ellipticity,
             force=force,
             resume=resume,
-            case={"name": self.name, "parameters": self.parameters, "files": self._files()},
+            case={"name": self.name, "parameters": self.parameters},
             setup_seconds=time.perf_counter() - begin,
         )
 
@@ -335,12 +342,14 @@ def _check_drive(data: Mapping[str, Any]) -> None:
         InputError: It is one.
     """
     if "drive" not in data:
-        if "initial" not in data:
+        if not data.get("initial") and not data.get("stimulus"):
             raise InputError(
-                "this section is missing (or [drive], for a potential that is given in time)", "initial"
+                "this section is missing: nothing excites the body; give [initial], [[stimulus]], or [drive] "
+                "for a potential that is given in time",
+                "initial",
             )
         return
-    for section in ("cell", "potential", "initial"):
+    for section in ("cell", "potential", "initial", "stimulus"):
         if section in data:
             raise InputError("with [drive] the potential is given: leave this section out", section)
     if isinstance(data.get("solver"), Mapping) and "potential" in data["solver"]:
@@ -360,13 +369,21 @@ def _whole(folder: Path, path: str, key: str) -> str:
         raise InputError(f"{shown(path)} is no path: {error}", key) from error
 
 
+def _placed(things: Sequence[Any]) -> Any:
+    """Tables of things in places; one table for one thing."""
+    tables = [
+        {**plain(thing.where), **{k: v for k, v in plain(thing).items() if k != "where"}} for thing in things
+    ]
+    return tables[0] if len(tables) == 1 else tables
+
+
 def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, Any]:
     """The case as nested dictionaries with everything resolved."""
     kin, scheme = plain(made["kinematics"]), plain(made["scheme"])
     pace = {"every": scheme.pop("every")} if "every" in scheme else {}
-    activity = {"law": word(made["law"], LAWS), **plain(made["law"])}
-    if not isinstance(made["law"], ActiveStress):
-        activity |= {"deformation": word(made["deformation"], DEFORMATIONS), **plain(made["deformation"])}
+    activity = {"law": word(made["law"], LAWS), **plain(made["law"]), **plain(made["active"])}
+    if not isinstance(made["active"], FibreTension):
+        activity["deformation"] = word(made["active"], DEFORMATIONS)
     fibres, solved = made["fibres"], made["drive"] is None
     sections = {
         "units": plain(made["units"]),
@@ -374,7 +391,8 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
         "fibres": {"kind": word(fibres, FIBRES), **plain(fibres)} if fibres is not None else None,
         "cell": {"model": word(made["cell"], CELLS), **plain(made["cell"])} if solved else None,
         "potential": plain(made["potential"]) if solved else None,
-        "initial": plain(made["initial"]),
+        "initial": _placed(made["initial"]),
+        "stimulus": _placed(made["stimuli"]),
         "drive": plain(made["drive"]),
         "activation": {**activity, **plain(made["transmural"])},
         "material": {"model": word(made["material"], MATERIALS), **plain(made["material"])},

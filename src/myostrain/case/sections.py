@@ -8,13 +8,14 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 from myostrain import activation, geometry, kinematics, materials, membranes
-from myostrain.coupling import Implicit, SecondOrder, Staggered
-from myostrain.electrics.potential import Balance, Mass
+from myostrain.course import Course
+from myostrain.electrics.diffusion import Mass
+from myostrain.electrics.potential import Balance
 from myostrain.errors import InputError
 from myostrain.mechanics.equilibrium import ImposedStretch
-from myostrain.mechanics.loads import Course
 from myostrain.output.fields import FieldName
 from myostrain.run.simulation import CHECKPOINT_SECONDS
+from myostrain.schemes import Implicit, SecondOrder, Staggered
 from myostrain.validation import Flag, NonNegative, Positive, description
 
 GEOMETRIES = {
@@ -52,8 +53,8 @@ def _lower(classes: Mapping[str, Any]) -> dict[str, Any]:
     return {re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower(): cls for name, cls in classes.items()}
 
 
-#: Laws of the active strain, and the active stress, which takes the place of one.
-LAWS = _lower(_exported(activation, "gamma")) | {"active-stress": activation.ActiveStress}
+#: Laws that yield an active strain, or a tension.
+LAWS = _lower(_exported(activation, "activation"))
 DEFORMATIONS = _lower(_exported(activation, "tensor"))
 CELLS = _exported(membranes, "current")
 MATERIALS = _exported(materials, "energy")
@@ -162,7 +163,8 @@ SECTIONS = {
     "fibres": False,
     "cell": False,
     "potential": False,
-    "initial": False,  # or [drive]
+    "initial": False,  # or [[stimulus]], or [drive]
+    "stimulus": False,
     "drive": False,
     "activation": False,
     "material": False,
@@ -173,3 +175,5 @@ SECTIONS = {
     "solver": False,
 }
 TEXTS = ("name", "title", "cost")
+#: Sections of which there may be several: [[initial]], [[stimulus]].
+LISTS = ("initial", "stimulus")

@@ -1,7 +1,9 @@
-"""The potential on the deforming body: its balance, initial values, and a potential that is given."""
+"""The potential on the deforming body: its balance, initial values, stimuli; a potential that is given."""
 
 from myostrain.electrics.given_potential import Drive, GivenPotential
-from myostrain.electrics.initial_values import BoundaryBump, Bump
+from myostrain.electrics.initial_values import InitialValues
+from myostrain.electrics.place import Place
 from myostrain.electrics.potential import Potential
+from myostrain.electrics.stimulus import Stimulus
 
-__all__ = ["BoundaryBump", "Bump", "Drive", "GivenPotential", "Potential"]
+__all__ = ["Drive", "GivenPotential", "InitialValues", "Place", "Potential", "Stimulus"]

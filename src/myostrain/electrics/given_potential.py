@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from myostrain.course import Course, value_at
 from myostrain.engine import fem
 from myostrain.geometry import Body
-from myostrain.mechanics.loads import Course, value_at
 from myostrain.state import State
 from myostrain.validation import description
 
 import numpy as np
 import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
 
 
 @description
@@ -31,6 +33,7 @@ class GivenPotential:
     Args:
         body: The reference body.
         drive: The potential over time; zero unless given.
+        pattern: Factor on it at the nodes of P1, (nodes,); one everywhere unless given.
 
     Attributes:
         v: The potential, P1.
@@ -39,36 +42,54 @@ class GivenPotential:
     balance = "advective"
     isochoric = True
     solver = None
-    seconds = 0.0
+    calcium = None
+    state_names: tuple[str, ...] = ()
+    threshold = 0.5
 
-    def __init__(self, body: Body, drive: Drive | None = None) -> None:
-        self.body, self._drive = body, drive or Drive()
+    def __init__(self, body: Body, drive: Drive | None = None, pattern: Array | None = None) -> None:
+        self.body, self.drive = body, drive or Drive()
         self.v = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1)), name="potential")
-        self.states: dict[str, fem.Function] = {}
+        self.states: Array = np.zeros((0, len(self.v.x.array)))
+        self.seconds = 0.0
+        self._pattern = 1.0 if pattern is None else pattern
         self._put(0.0)
 
-    def _put(self, time: float) -> None:
-        self._value = value_at(self._drive.potential, time)
-        self.v.x.array[:] = self._value
+    def __repr__(self) -> str:
+        """The course."""
+        return f"GivenPotential({self.drive!r})"
 
     @property
-    def fields(self) -> list[fem.Function]:
-        """The potential."""
-        return [self.v]
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest potential that comes, at least from 0 to 1."""
+        course = self.drive.potential
+        values = [v for _, v in course] if isinstance(course, tuple) else [float(course)]
+        return min(0.0, *values), max(1.0, *values)
 
-    def start(self) -> None:
+    def _put(self, time: float) -> None:
+        self._value = value_at(self.drive.potential, time)
+        self.v.x.array[:] = self._value * self._pattern
+
+    def field_values(self) -> dict[str, Array]:
+        """The potential at the nodes, by name."""
+        return {"potential": self.v.x.array}
+
+    def begin(self) -> None:
         """Begin at time 0."""
         self._put(0.0)
+
+    def start(self, time: float = 0.0) -> None:
+        """Begin at a time."""
+        self._put(time)
 
     def solve(self, end: float, guess: Any = None, weights: Any = None) -> None:
         """Take the potential at the time ``end``."""
         self._put(end)
 
-    def extrapolate(self, weights: Any) -> npt.NDArray[np.float64]:
+    def extrapolate(self, weights: Any) -> Array:
         """The present potential (nodal, local)."""
         return self.v.x.array
 
-    def accept(self, keep: int) -> None:
+    def accept(self, time: float, keep: int) -> None:
         """Nothing: the past is given too."""
 
     def update_deformation(self) -> None:
@@ -91,4 +112,4 @@ class GivenPotential:
     def restore(self, state: State) -> None:
         """Go on from a state."""
         self._value = state["value"]
-        self.v.x.array[:] = self._value
+        self.v.x.array[:] = self._value * self._pattern

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
-from myostrain.engine import PETSc, compile_form, fem
+from myostrain.electrics.diffusion import Diffusion, Mass
+from myostrain.electrics.initial_values import InitialValues
+from myostrain.electrics.stimulus import Applied
+from myostrain.engine import MPI, fem
 from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Deformation
-from myostrain.membranes import CellModel
+from myostrain.membranes import Integrator, LinearlyImplicit, Membrane, Step, check_membrane
+from myostrain.membranes.linearly_implicit import with_slope
 from myostrain.solvers.linear import (
     LinearSolver,
     Options,
-    assemble_nodal,
     global_dofs,
     incomplete_factorization,
     largest,
@@ -21,26 +24,26 @@ from myostrain.solvers.linear import (
 )
 from myostrain.solvers.timing import timed
 from myostrain.state import FieldState, State
+from myostrain.validation import refuse_former
 
 import numpy as np
 import numpy.typing as npt
 import ufl
-from dolfinx.fem import petsc as fem_petsc
-from ufl.algorithms import extract_coefficients
 
 Balance = Literal["conservative", "advective"]
 """What is balanced: v per spatial volume, ∂(Jv)/∂t (2.5), or J ∂v/∂t."""
 
-Mass = Literal["lumped", "averaged"]
-"""Mass matrix: lumped at the nodes, or the mean of the lumped and the consistent one."""
-
 Array = npt.NDArray[np.float64]
 
-Stimulus = Callable[[Array, float], Array]
+Source = Callable[[Array, float], Array]
 """Applied rate of v at points (n, dim) and a time."""
 
-#: Increment of the complex step: its square vanishes beside one, so that derivatives are exact to round-off.
-COMPLEX_STEP = 1e-100
+
+#: Keywords of earlier versions, and what became of them.
+FORMER = {
+    "cell": "it is called membrane",
+    "stimulus": "a function of points and time is called source; pulses are stimuli=[Stimulus(...)]",
+}
 
 
 class Potential:
@@ -54,24 +57,31 @@ class Potential:
     same constant; their mean, applied to the time derivative and the reaction alike, cancels it (on a rigid
     uniform line it is Numerov's scheme, of fourth order).
 
+    It begins at the membrane's rest, with ``initial`` written over it. A script may change ``v`` and
+    ``states`` before a run; what it leaves alone begins the next run as it began the last one.
+
     Args:
         body: The reference body.
-        cell: Membrane model.
+        membrane: Membrane model.
         diffusivity: D of an isotropic body, or (along, across) the fibre; the anisotropic D turns with the
             deformed fibre F n.
         balance: "conservative" for (2.8), or "advective" for J ∂v/∂t = ...
         mass: "lumped" (the paper's finite differences on a line), or "averaged" for smaller errors in space.
         deformation: F and J of the body, UFL expressions that somebody else updates; None for a rigid body.
-        stimulus: Applied rate of v, a function of points (n, dim) and time that gives (n,); None for none.
+        integrator: How the membrane's states advance; linearly implicit unless given.
+        initial: Initial values in places; later ones win.
+        stimuli: Rates that are applied in places over times.
+        source: Applied rate of v, a function of points (n, dim) and time that gives (n,); None for none.
         options: PETSc options of the linear solver.
 
     Raises:
-        InputError: A diffusivity that is not positive, or an unknown balance.
+        InputError: A diffusivity that is not positive, an unknown balance, a membrane that is none, or a
+            place where no node is.
 
     Attributes:
         v: The potential, P1.
-        states: The membrane's states by name, P1.
-        isochoric: Whether J = 1 by construction, so that nothing is balanced but v itself.
+        state_names: Names of the membrane's states.
+        states: The membrane's states at the nodes, (states, nodes).
         seconds: Wall-clock seconds spent in solving.
     """
 
@@ -79,14 +89,19 @@ class Potential:
         self,
         body: Body,
         *,
-        cell: CellModel,
+        membrane: Membrane,
         diffusivity: float | tuple[float, float] = 1.0,
         balance: Balance = "conservative",
         mass: Mass = "lumped",
         deformation: Deformation | None = None,
-        stimulus: Stimulus | None = None,
+        integrator: Integrator | None = None,
+        initial: Sequence[InitialValues] = (),
+        stimuli: Sequence[Applied] = (),
+        source: Source | None = None,
         options: Options | None = None,
+        **former: Any,
     ) -> None:
+        refuse_former(former, FORMER, "Potential")
         if balance not in ("conservative", "advective"):
             raise InputError(
                 f"'{balance}' is no balance; allowed: conservative, advective", "potential.balance"
@@ -98,119 +113,134 @@ class Potential:
             raise InputError(
                 f"{diffusivity}: give positive numbers, D or [along, across]", "potential.diffusivity"
             )
-        self.body, self.cell, self.balance = body, cell, balance
-        self._stimulus = stimulus
+        check_membrane(membrane)
+        self.body, self.membrane, self.balance = body, membrane, balance
+        self.diffusivity = float(along), float(across)
+        self.mass = mass
+        self._integrator: Integrator = LinearlyImplicit() if integrator is None else integrator
+        self._source = source
         mesh = body.mesh
         space = fem.functionspace(mesh, ("Lagrange", 1))
         self.v = fem.Function(space, name="potential")
-        self.states = {name: fem.Function(space, name=name) for name in cell.states}
-        self._owned = owned_dofs(space)
+        self.state_names = tuple(getattr(membrane, "states", ()))
+        self.states: Array = np.zeros((len(self.state_names), len(self.v.x.array)))
+        self.initial, self.stimuli = tuple(initial), tuple(stimuli)
+        self._shares = [stimulus.share(body, space) for stimulus in self.stimuli]
         self._points = space.tabulate_dof_coordinates()[:, : body.dim]
         self.seconds = 0.0
-
-        deformation = deformation or Deformation(ufl.Identity(body.dim))
-        self.isochoric = deformation.isochoric
-        trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
-        # The order of linear elements needs F at the centre only; vertices lump the mass.
-        degree = max(
-            ufl.algorithms.estimate_total_polynomial_degree(deformation.F), 0 if self.isochoric else 1
-        )
-        dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
-        lumped = ufl.Measure(
-            "dx", domain=mesh, metadata={"quadrature_rule": "vertex", "quadrature_degree": 1}
-        )
-        conductivity = pulled_back_conductivity(deformation, body.f0, float(along), float(across), mesh)
-        self._stiffness = compile_form(ufl.inner(conductivity * ufl.grad(trial), ufl.grad(test)) * dx)
-        self._matrix = fem_petsc.create_matrix(self._stiffness)
-        self._mass = _averaged_mass(trial, test, mesh, lumped) if mass == "averaged" else None
-        # That of the deformed body, made once: on several processes PETSc frees nothing that Python drops.
-        self._scaled_mass = None if self._mass is None or self.isochoric else self._mass.copy()
-        self._added = 0.0  # the multiple of the mass matrix in the matrix
-        self._volume = None if self.isochoric else compile_form(deformation.J * test * lumped)
-        self.weight: Array = assemble_nodal(compile_form(test * lumped))
-        self.ratio: Array = np.ones_like(self.weight)
-        self._b, self._work = fem.Function(space), fem.Function(space)
-        self._diagonal = self._matrix.createVecLeft()
-        self._kept_diagonal: Array = np.zeros(self._owned)
-        # The averaged mass on a body whose volume changes is not symmetric.
-        symmetric = self._mass is None or self.isochoric
+        seen = deformation or Deformation(ufl.Identity(body.dim))
+        self._diffusion = Diffusion(body, space, seen, self.diffusivity, mass)
+        self._b = fem.Function(space)
         chosen = options or {}
         defaults: dict[str, str | int | float | bool | None] = {
-            "ksp_type": "cg" if symmetric else "bcgs",
+            "ksp_type": "cg" if self._diffusion.symmetric else "bcgs",
             "ksp_rtol": 1e-10,
             "ksp_initial_guess_nonzero": chosen.get("ksp_type") != "preonly",
         }
         if "pc_type" not in chosen:
-            defaults |= incomplete_factorization(symmetric, body.comm.size, global_dofs(space))
+            defaults |= incomplete_factorization(
+                self._diffusion.symmetric, body.comm.size, global_dofs(space)
+            )
         # A user's choice may be a direct solver, which must follow the matrix.
         keep = not {"ksp_type", "pc_type"} & chosen.keys()
-        self.solver = LinearSolver(self._matrix, "potential", defaults, options, keep=keep)
+        self.solver = LinearSolver(self._diffusion.matrix, "potential", defaults, options, keep=keep)
         self._weight = 0.0  # the time derivative's factor of which the kept preconditioner was made
-        # Functions that the matrix depends on, and their values and diagonal in the kept preconditioner.
-        self._body_fields: list[fem.Function] = [
-            function
-            for expression in (deformation.F, ufl.as_ufl(deformation.J))
-            for function in extract_coefficients(expression)
-            if isinstance(function, fem.Function)
-        ]
         self._origin: State = {}
-        # Past amounts, newest first: J v and J s (conservative), or v and s (advective).
-        self.past: list[list[Array]] = []
-        # The potential and the states themselves, newest first.
-        self.values: list[list[Array]] = []
+        # Times of what is kept of the past, newest first.
+        self.times: list[float] = []
+        # Past amounts (1 + states, nodes): J v and J s (conservative), or v and s (advective).
+        self.past: list[Array] = []
+        # The potential and the states themselves, likewise.
+        self.values: list[Array] = []
+        self._begun: Array | None = None  # what the last run began with
+        self.reset()
+
+    def __repr__(self) -> str:
+        """Membrane, conductivity and size."""
+        nodes = global_dofs(self.v.function_space)
+        return (
+            f"Potential({nodes} nodes, membrane={self.membrane!r}, diffusivity={self.diffusivity}, "
+            f"balance='{self.balance}', mass='{self.mass}')"
+        )
 
     @property
-    def fields(self) -> list[fem.Function]:
-        """The potential, then the states."""
-        return [self.v, *self.states.values()]
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest potential to expect, as the membrane declares them."""
+        low, high = getattr(self.membrane, "range", (0.0, 1.0))
+        return float(low), float(high)
 
-    def start(self) -> None:
-        """Begin at the present v with resting states, on the present deformation."""
-        for function, value in zip(self.states.values(), self.cell.initial_states(), strict=True):
-            function.x.array[:] = value
+    @property
+    def threshold(self) -> float:
+        """The potential above which a node counts as activated."""
+        return float(getattr(self.membrane, "threshold", 0.5))
+
+    @property
+    def calcium(self) -> str | None:
+        """Name of the state that is the calcium, None without."""
+        return getattr(self.membrane, "calcium", None)
+
+    def field_values(self) -> dict[str, Array]:
+        """Nodal values of the potential and each state by name; views, (nodes,)."""
+        return {"potential": self.v.x.array, **dict(zip(self.state_names, self.states, strict=True))}
+
+    def reset(self) -> None:
+        """Set v and the states to rest and the initial values, whatever they are."""
+        self.v.x.array[:] = self.membrane.resting_potential()
+        if self.state_names:
+            self.states[:] = np.asarray(self.membrane.resting_states(), dtype=float)[:, None]
+        for values in self.initial:
+            values.apply(self.body, self.v.function_space, self.v.x.array, self.states, self.state_names)
+        self._begun, self.values = None, []
+
+    def begin(self) -> None:
+        """Take what the run begins with: what was set since the last one; the rest begins as that one.
+
+        Each of v and the states that is as the last step left it begins as before.
+        """
+        present = self._present()
+        if self._begun is not None and self.values:
+            untouched = (present == self.values[0]).all(axis=1)
+            self.body.comm.Allreduce(MPI.IN_PLACE, untouched, op=MPI.LAND)
+            present[untouched] = self._begun[untouched]
+            self._put(present)
+        self._begun = present
+
+    def _present(self) -> Array:
+        return np.vstack([self.v.x.array[None, :], self.states])
+
+    def _put(self, values: Array) -> None:
+        self.v.x.array[:], self.states = values[0], values[1:].copy()
+
+    def start(self, time: float = 0.0) -> None:
+        """Begin at the present values, on the present deformation."""
         self.update_deformation()
-        self.past, self.values = [], []
-        self.accept(keep=1)
+        self.past, self.values, self.times = [], [], []
+        self.accept(time, keep=1)
+
+    @property
+    def isochoric(self) -> bool:
+        """Whether J = 1 by construction, so that nothing is balanced but v itself."""
+        return self._diffusion.isochoric
+
+    @property
+    def weight(self) -> Array:
+        """What each node stands for of the reference body (nodes,)."""
+        return self._diffusion.weight
+
+    @property
+    def ratio(self) -> Array:
+        """J at the nodes (nodes,)."""
+        return self._diffusion.ratio
 
     @timed
     def update_deformation(self) -> None:
         """Assemble diffusion and volume ratio on the present deformation."""
-        self._assemble_diffusion()
-        if self._volume is not None:
-            self.ratio = assemble_nodal(self._volume) / self.weight
+        self._diffusion.update()
+        self._count()
 
-    def _assemble_diffusion(self) -> None:
-        self._matrix.zeroEntries()
-        fem_petsc.assemble_matrix(self._matrix, self._stiffness)
-        self._matrix.assemble()
-        self.solver.counters.assemblies += 1
-        self._added = 0.0
-        self._keep_diagonal()
-
-    def _keep_diagonal(self) -> None:
-        self._matrix.getDiagonal(self._diagonal)
-        self._kept_diagonal[:] = self._diagonal.array_r
-
-    def _add_mass(self, multiple: float) -> None:
-        """Make the matrix hold this multiple of the averaged mass, beside the diffusion."""
-        if self._mass is None or multiple == self._added:
-            return
-        if self._added:  # rather than a difference: a resumed run is to have the same bits
-            self._assemble_diffusion()
-        mass = self._mass
-        if self._scaled_mass is not None:
-            same: Any = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-            mass = self._mass.copy(self._scaled_mass, same)
-            self._diagonal.array[:] = self.ratio[: self._owned]
-            mass.diagonalScale(None, self._diagonal)
-        self._matrix.setDiagonal(self._restored_diagonal())
-        self._matrix.axpy(multiple, mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
-        self._added = multiple
-        self._keep_diagonal()
-
-    def _restored_diagonal(self) -> PETSc.Vec:
-        self._diagonal.array[:] = self._kept_diagonal
-        return self._diagonal
+    def _count(self) -> None:
+        self.solver.counters.assemblies += self._diffusion.assemblies
+        self._diffusion.assemblies = 0
 
     @timed
     def solve(self, end: float, guess: Array, weights: Array) -> None:
@@ -231,61 +261,62 @@ class Potential:
         if abs(weights[0] - self._weight) > 1e-9 * abs(weights[0]):
             self._weight = float(weights[0])
             self.solver.forget()
-        states = [function.x.array for function in self.states.values()]
-        for index, state in enumerate(states):
-            _solve_state(self.cell, guess, states, index, weights[0], history[index + 1], state)
-        current, slope = _with_slope(lambda v: self.cell.current(v, states), guess)
-        if self._stimulus is not None:
-            current = current - self._stimulus(self._points, end)
+        if self.state_names:
+            step = Step(end - self.times[0], float(weights[0]), history[1:], self.values[0][1:])
+            self.states = self._integrator.advance(self.membrane, guess, self.states, step)
+        current, slope = with_slope(lambda v: self.membrane.current(v, self.states), guess)
+        if (applied := self._applied(end, weights)) is not None:
+            current = current - applied
         implicit = self.ratio * self.weight * slope
         explicit = self.ratio * (current + history[0])
-        if self._mass is None:
-            diagonal = self.ratio * self.weight * self._weight + implicit
-            load = self.weight * explicit
-        else:
-            diagonal = implicit
-            self._add_mass(self._weight)
-            load = self._times_mass(explicit)
-        self._diagonal.array[:] = self._kept_diagonal + diagonal[: self._owned]
-        self._matrix.setDiagonal(self._diagonal)
-        self._b.x.array[:] = implicit * guess - load
+        diagonal = self._diffusion.put(self._weight, implicit)
+        self._count()
+        self._b.x.array[:] = implicit * guess - self._diffusion.load(explicit)
         if self.solver.renews:
-            body = [FieldState.of(function) for function in self._body_fields]
-            self._origin = {"body": body, "diagonal": FieldState(self.v.function_space, diagonal)}
+            added = FieldState(self.v.function_space, diagonal)
+            self._origin = {"body": self._diffusion.body(), "diagonal": added}
         self.v.x.array[:] = guess
         self.solver.solve(self._b.x.petsc_vec, self.v.x.petsc_vec)
         self.v.x.scatter_forward()
 
-    def _times_mass(self, values: Array) -> Array:
-        assert self._mass is not None
-        self._work.x.array[:] = values
-        self._mass.mult(self._work.x.petsc_vec, self._b.x.petsc_vec)
-        return self._b.x.array
+    def _applied(self, end: float, weights: Array) -> Array | float | None:
+        """Applied rate of v: stimuli by the backward difference of their integrals, and the source."""
+        times = [end, *self.times[: len(weights) - 1]]
+        found: Any = None if self._source is None else self._source(self._points, end)
+        for stimulus, share in zip(self.stimuli, self._shares, strict=True):
+            rate = sum(w * stimulus.amount(t) for w, t in zip(weights, times, strict=True))
+            if rate:
+                found = rate * share if found is None else found + rate * share
+        return found
 
-    def _history(self, weights: Array) -> list[Array]:
-        """Weighted sums of past values for v and each state, as they enter the present step."""
-        sums = [
-            sum(w * value for w, value in zip(weights[1:], values, strict=False))
-            for values in zip(*self.past, strict=True)
-        ]
-        return [total / self.ratio for total in sums] if self.balance == "conservative" else sums
+    def _history(self, weights: Array) -> Array:
+        """Weighted sums (1 + states, nodes) of past values of v and each state, as they enter the step."""
+        total = weights[1] * self.past[0]
+        for w, values in zip(weights[2:], self.past[1:], strict=False):
+            total += w * values
+        return total / self.ratio if self.balance == "conservative" else total
 
-    def accept(self, keep: int) -> None:
-        """Take the present fields as those of a finished step and keep ``keep`` past ones."""
-        amounts = [
-            function.x.array * self.ratio if self.balance == "conservative" else function.x.array.copy()
-            for function in self.fields
-        ]
+    def accept(self, time: float, keep: int) -> None:
+        """Take the present fields as those of a step that ended at ``time`` and keep ``keep`` past ones."""
+        present = self._present()
+        amounts = present * self.ratio if self.balance == "conservative" else present
         self.past = [amounts, *self.past[: keep - 1]]
-        self.values = [[function.x.array.copy() for function in self.fields], *self.values[: keep - 1]]
+        self.values = [present, *self.values[: keep - 1]]
+        self.times = [time, *self.times[: keep - 1]]
 
     def state(self) -> State:
         """Fields, history, and what the kept preconditioner was made of."""
         space = self.v.function_space
+
+        def rows(values: Array | None) -> list[FieldState]:
+            return [] if values is None else [FieldState(space, row) for row in values]
+
         return {
-            "fields": [FieldState.of(function) for function in self.fields],
-            "past": [[FieldState(space, value) for value in values] for values in self.past],
-            "values": [[FieldState(space, value) for value in values] for values in self.values],
+            "fields": rows(self._present()),
+            "begun": rows(self._begun),
+            "past": [rows(values) for values in self.past],
+            "values": [rows(values) for values in self.values],
+            "times": list(self.times),
             "weight": self._weight,
             "origin": self._origin,
             "solver": self.solver.state(),
@@ -294,49 +325,45 @@ class Potential:
 
     def restore(self, state: State) -> None:
         """Go on from a state, on the deformation that has been restored before."""
+
+        def values(rows: list[FieldState]) -> Array:
+            return np.array([row.values for row in rows])
+
         self.solver.restore(state["solver"])
         self._weight = state["weight"]
         if state["origin"] and state["origin"] is not self._origin:
             self._origin = state["origin"]
             self._precondition()
-        for function, field in zip(self.fields, state["fields"], strict=True):
-            field.put(function)
-        self.past, self.values = (
-            [[field.values for field in fields] for fields in state[name]] for name in ("past", "values")
-        )
+        self._put(values(state["fields"]))
+        self._begun = values(state["begun"]) if state["begun"] else None
+        self.past, self.values = ([values(rows) for rows in state[name]] for name in ("past", "values"))
+        self.times = list(state["times"])
         self.update_deformation()
         self.seconds = state["seconds"]
         self.solver.restore(state["solver"])
 
     def _precondition(self) -> None:
         """Make the kept preconditioner again."""
-        present = [FieldState.of(function) for function in self._body_fields]
-        for function, field in zip(self._body_fields, self._origin["body"], strict=True):
-            field.put(function)
-        self.update_deformation()
-        self._add_mass(self._weight)
-        self._diagonal.array[:] = self._kept_diagonal + self._origin["diagonal"].values[: self._owned]
-        self._matrix.setDiagonal(self._diagonal)
+        present = self._diffusion.body()
+        self._diffusion.put_body(self._origin["body"])
+        self._diffusion.put_again(self._weight, self._origin["diagonal"].values)
         self.solver.precondition()
-        for function, field in zip(self._body_fields, present, strict=True):
-            field.put(function)
+        self._diffusion.put_body(present)
 
     def forget(self) -> None:
         """Keep only the newest values: the next step starts anew, as after a jump in time."""
-        self.past, self.values = self.past[:1], self.values[:1]
+        self.past, self.values, self.times = self.past[:1], self.values[:1], self.times[:1]
 
     def extrapolate(self, weights: Array) -> Array:
         """Weighted sum of the potential's present and past values, newest first (nodal, local).
 
         The states are set to theirs, to be what the next solve starts from.
         """
-        guess, *states = [
-            np.asarray(sum(w * value for w, value in zip(weights, values, strict=False)))
-            for values in zip(*self.values, strict=True)
-        ]
-        for function, state in zip(self.states.values(), states, strict=True):
-            function.x.array[:] = state
-        return guess
+        total = weights[0] * self.values[0]
+        for w, values in zip(weights[1:], self.values[1:], strict=False):
+            total += w * values
+        self.states = total[1:]
+        return total[0]
 
     def conserve(self) -> float:
         """After a sudden change of the body, set v and states so that J v and J s are what they were.
@@ -346,9 +373,8 @@ class Potential:
         if self.balance == "advective" or self.isochoric:
             return 0.0
         before = self.v.x.array.copy()
-        for function, amount in zip(self.fields, self.past[0], strict=True):
-            function.x.array[:] = amount / self.ratio
-        self.values[0] = [function.x.array.copy() for function in self.fields]
+        self.values[0] = self.past[0] / self.ratio
+        self._put(self.values[0])
         return largest(self.v.x.array - before, self.body.comm)
 
     def amount(self) -> float:
@@ -360,43 +386,4 @@ class Potential:
             amounts = self.weight * self.past[0][0]
         else:
             amounts = self.weight * self.ratio * self.v.x.array
-        return float(self.body.comm.allreduce(float(np.sum(amounts[: self._owned]))))
-
-
-def _averaged_mass(trial: Any, test: Any, mesh: Any, lumped: ufl.Measure) -> PETSc.Mat:
-    """The mean of the lumped and the consistent mass matrix."""
-    exact = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": 2})
-    matrix = fem_petsc.assemble_matrix(compile_form(trial * test / 2 * lumped + trial * test / 2 * exact))
-    matrix.assemble()
-    return matrix
-
-
-def pulled_back_conductivity(
-    deformation: Deformation, f0: Any, along: float, across: float, mesh: Any
-) -> Any:
-    """J F⁻¹ D F⁻ᵀ with D = across · 1 + (along − across) f⊗f and f the unit vector along F f0 (2.8)."""
-    F = deformation.F
-    C = F.T * F
-    across_ = fem.Constant(mesh, across)
-    conductivity = across_ * ufl.inv(C)
-    if along != across:
-        conductivity += (fem.Constant(mesh, along) - across_) / ufl.dot(f0, C * f0) * ufl.outer(f0, f0)
-    return deformation.J * conductivity
-
-
-def _with_slope(function: Any, at: Array) -> tuple[Array, Array]:
-    """A pointwise function and its derivative, by one complex step."""
-    value = function(at + 1j * COMPLEX_STEP)
-    return np.real(value), np.imag(value) / COMPLEX_STEP
-
-
-def _solve_state(
-    cell: CellModel, v: Array, states: list[Array], index: int, weight: float, history: Array, out: Array
-) -> None:
-    """Solve weight · s + history = rate(v, s) for one state, linearised about its present value."""
-
-    def rate(value: Any) -> Any:
-        return cell.rates(v, [value if i == index else s for i, s in enumerate(states)])[index]
-
-    value, slope = _with_slope(rate, out)
-    out -= (weight * out + history - value) / (weight - slope)
+        return float(self.body.comm.allreduce(float(np.sum(amounts[: owned_dofs(self.v.function_space)]))))

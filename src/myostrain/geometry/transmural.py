@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from myostrain.engine import fem, jit_options
 from myostrain.errors import InputError
 from myostrain.geometry.body import Body
 
 import numpy as np
+import numpy.typing as npt
 import ufl
 from dolfinx.fem import petsc as fem_petsc
 
+Array = npt.NDArray[np.float64]
 
-def transmural(body: Body, ends: tuple[float, float], between: tuple[str, str] | None = None) -> Any:
-    """A factor that is linear in the depth of the wall, a UFL scalar.
+
+def transmural(body: Body, ends: tuple[float, float], between: tuple[str, str] | None = None) -> Array:
+    """A factor that is linear in the depth of the wall, at the nodes of P1 (nodes,).
 
     Args:
         body: The body.
@@ -24,8 +25,9 @@ def transmural(body: Body, ends: tuple[float, float], between: tuple[str, str] |
     Raises:
         InputError: The body has not these parts, or they meet.
     """
-    inner, outer = (fem.Constant(body.mesh, float(end)) for end in ends)
-    return inner + (outer - inner) * depth(body, between)
+    nodal = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1)))
+    nodal.interpolate(depth(body, between))
+    return ends[0] + (ends[1] - ends[0]) * nodal.x.array
 
 
 def depth(body: Body, between: tuple[str, str] | None = None) -> fem.Function:

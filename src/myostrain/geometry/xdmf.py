@@ -46,11 +46,6 @@ class XdmfFile:
     boundaries: Mapping[str, int] | None = None
     regions: Mapping[str, int] | None = None
 
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """What is read, the HDF5 files included: a run is resumed with the same only."""
-        return (self.path, *self._data(self._grids()))
-
     def mesh(self, comm: Any) -> Meshed:
         """Read the file and spread the mesh over the processes of ``comm``.
 
@@ -120,19 +115,14 @@ class XdmfFile:
                 raise InputError(
                     f"{self.path} has no grid called '{name}'; {nearest(name, grids)}", f"geometry.{key}"
                 )
-        for data in self._data(grids):
-            readable(data, KEY)
-            with data.open("rb") as stream:
-                if not stream.read(8).startswith(b"\x89HDF"):
-                    raise InputError(f"{data} is no HDF5 file", KEY)
-
-    def _data(self, grids: Mapping[str, ET.Element]) -> list[Path]:
-        """The HDF5 files that the grids are in."""
-        items = [item for grid in grids.values() for item in grid.iter("DataItem")]
-        names = [
-            item.text.strip().rsplit(":", 1)[0] for item in items if item.get("Format") == "HDF" and item.text
-        ]
-        return [self.path.parent / name for name in dict.fromkeys(names)]
+        for grid in grids.values():
+            for item in grid.iter("DataItem"):
+                if item.get("Format") == "HDF" and item.text:
+                    data = self.path.parent / item.text.strip().rsplit(":", 1)[0]
+                    readable(data, KEY)
+                    with data.open("rb") as stream:
+                        if not stream.read(8).startswith(b"\x89HDF"):
+                            raise InputError(f"{data} is no HDF5 file", KEY)
 
     def _check(self, mesh: dmesh.Mesh) -> None:
         """Refuse what cannot be a reference body; the first process looks, all learn the outcome."""

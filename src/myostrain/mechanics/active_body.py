@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from myostrain.activation import ActivationLaw, ActiveDeformation, ActiveStress, Fibre
+from myostrain.activation import ActiveDeformation, ActiveTension, Fibre, Yield
 from myostrain.engine import fem
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
@@ -30,11 +30,10 @@ class ActiveBody:
         body: The reference body.
         kinematics: What the mesh's dimension means in three dimensions.
         material: Passive material W(Fe).
-        law: Activation law γ(v).
-        deformation: Active deformation Fo(γ).
+        active: Active deformation Fo(γ), or what a tension does.
         relaxation_time: λ, zero for an elastic body.
-        active_stress: A tension beside, or in place of, the active strain; None for none.
-        activity: Factor on γ and the tension, a UFL scalar; None for one.
+
+    Throughout, ``a`` is the activation, a UFL scalar: γ, or the tension.
     """
 
     def __init__(
@@ -42,22 +41,19 @@ class ActiveBody:
         body: Body,
         kinematics: Kinematics,
         material: Material,
-        law: ActivationLaw,
-        deformation: ActiveDeformation | None,
+        active: ActiveDeformation | ActiveTension,
         relaxation_time: float,
-        active_stress: ActiveStress | None = None,
-        activity: Any = None,
     ) -> None:
         mesh = body.mesh
         modulus = getattr(material, "modulus", None)
         fitting = kinematics.scaled_by(modulus if isinstance(modulus, float) else 0.0)
         self.kinematics, self._dim = with_constants(fitting, mesh), body.dim
         self._material = with_constants(material, mesh)
-        self._law = with_constants(law, mesh)
-        self._active = with_constants(deformation or Fibre(), mesh)
-        self._active_stress = None if active_stress is None else with_constants(active_stress, mesh)
+        found: Any = with_constants(active, mesh)
+        strains = hasattr(found, "tensor")
+        self._deformation: ActiveDeformation = found if strains else Fibre()
+        self._tension: ActiveTension | None = None if strains else found
         self._fibres = body.fibres.lifted(body.dim, kinematics.tensor_dim)
-        self._activity = 1.0 if activity is None else activity
         self._relaxation_time = fem.Constant(mesh, float(relaxation_time)) if relaxation_time > 0 else None
 
     def displacement(self, u: fem.Function) -> Any:
@@ -68,34 +64,39 @@ class ActiveBody:
         """F on the mesh (dim × dim)."""
         return ufl.Identity(self._dim) + ufl.grad(self.displacement(u))
 
-    def active(self, v: Any) -> Any:
-        """Fo for the potential v, in the dimension that materials see."""
-        return self._active.tensor(self._activity * self._law.gamma(v), self._fibres)
+    @property
+    def yields(self) -> Yield:
+        """What the activation is: "strain" or "tension"."""
+        return "strain" if self._tension is None else "tension"
 
-    def lifted(self, u: fem.Function, v: Any) -> Any:
+    def active(self, a: Any) -> Any:
+        """Fo, in the dimension that materials see; 1 under a tension."""
+        return self._deformation.tensor(a if self._tension is None else 0.0, self._fibres)
+
+    def lifted(self, u: fem.Function, a: Any) -> Any:
         """F in the dimension that materials see."""
-        return self.kinematics.lift(self.gradient(u), ufl.det(self.active(v)))
+        return self.kinematics.lift(self.gradient(u), ufl.det(self.active(a)))
 
-    def stored(self, F: Any, v: Any) -> Any:
+    def stored(self, F: Any, a: Any) -> Any:
         """Jo W(F Fo⁻¹) per reference volume for the lifted F, the energies of volume and active stress."""
-        Fo = self.active(v)
+        Fo = self.active(a)
         Jo = ufl.det(Fo)
         passive = self.kinematics.distortion(F, Jo)
         density = Jo * self._material.energy(passive * ufl.inv(Fo), self._fibres)
         density += self.kinematics.volume_energy(F, Jo)
-        if self._active_stress is not None:
-            density += self._activity * self._active_stress.energy(F, self._fibres, v)
+        if self._tension is not None:
+            density += self._tension.energy(F, self._fibres, a)
         return density
 
-    def energy(self, u: fem.Function, v: Any) -> Any:
+    def energy(self, u: fem.Function, a: Any) -> Any:
         """Energy per reference volume, minus the pressure's work on the constraint, if there is one (3.3)."""
-        density = self.stored(self.lifted(u, v), v)
+        density = self.stored(self.lifted(u, a), a)
         if self.kinematics.has_pressure:
-            Jo = ufl.det(self.active(v))
+            Jo = ufl.det(self.active(a))
             density -= ufl.split(u)[1] * self.kinematics.constraint_residual(self.gradient(u), Jo)
         return density
 
-    def stabilization(self, unknown: fem.Function, v: Any, dx: Any) -> Any:
+    def stabilization(self, unknown: fem.Function, a: Any, dx: Any) -> Any:
         """What the preconditioner of a large incompressible solid has beside the tangent, on the mixed space.
 
         The modulus is the mean of ∂²W/∂F² over the components of F, whatever the material. See
@@ -103,72 +104,72 @@ class ActiveBody:
 
         Args:
             unknown: Displacement and pressure.
-            v: The potential.
+            a: The activation.
             dx: The volume's measure.
         """
         space = unknown.function_space
         w, u = ufl.TestFunction(space), ufl.TrialFunction(space)
-        F = ufl.variable(self.lifted(unknown, v))
-        stress = ufl.diff(self.stored(F, v), F)
+        F = ufl.variable(self.lifted(unknown, a))
+        stress = ufl.diff(self.stored(F, a), F)
         n = F.ufl_shape[0]
         modulus = abs(sum(ufl.diff(stress[i, j], F)[i, j] for i in range(n) for j in range(n))) / n**2
-        Jo = ufl.det(self.active(v))
+        Jo = ufl.det(self.active(a))
         constraint = self.kinematics.constraint_residual(self.gradient(unknown), Jo)
         volume = ufl.derivative(constraint, unknown, w) * ufl.derivative(constraint, unknown, u)
         return (modulus * volume - ufl.split(w)[1] * ufl.split(u)[1] / (2 * modulus)) * dx
 
     # Viscosity.
 
-    def _strain(self, u: fem.Function, v: Any) -> Any:
+    def _strain(self, u: fem.Function, a: Any) -> Any:
         """What the viscosity takes the rate of: E, or (x′ − 1)/(1 + γ) on a line."""
-        F = self.lifted(u, v)
+        F = self.lifted(u, a)
         if self.kinematics.tensor_dim == 1:
-            return (F - ufl.Identity(1)) / self.active(v)[0, 0]
+            return (F - ufl.Identity(1)) / self.active(a)[0, 0]
         return (F.T * F - ufl.Identity(3)) / 2
 
     def strain_rate(self, weights: Sequence[Any], fields: Sequence[tuple[fem.Function, Any]]) -> Any:
-        """The rate of that strain by a backward difference over pairs of u and v, newest first."""
-        terms = [w * self._strain(u, v) for w, (u, v) in zip(weights, fields, strict=True)]
+        """The rate of that strain by a backward difference over pairs of u and a, newest first."""
+        terms = [w * self._strain(u, a) for w, (u, a) in zip(weights, fields, strict=True)]
         return sum(terms[1:], terms[0])
 
-    def viscous_stress(self, rate: Any, v: Any) -> Any:
+    def viscous_stress(self, rate: Any, a: Any) -> Any:
         """What does the power on the rate of that strain, per reference volume."""
         modulus = self._relaxation_time * self._material.modulus  # type: ignore[attr-defined]
         if self.kinematics.tensor_dim == 1:
             return modulus * rate
-        back = ufl.inv(self.active(v))
-        return 2 * modulus * ufl.det(self.active(v)) * back * back.T * rate * back * back.T
+        back = ufl.inv(self.active(a))
+        return 2 * modulus * ufl.det(self.active(a)) * back * back.T * rate * back * back.T
 
-    def viscous_power(self, rate: Any, u: fem.Function, v: Any, test: Any) -> Any:
+    def viscous_power(self, rate: Any, u: fem.Function, a: Any, test: Any) -> Any:
         """Virtual power of the viscous stress per reference volume.
 
         On a line the stress acts on x′ itself, as in (4.14); else on the rate of E.
         """
-        F = self.lifted(u, v)
+        F = self.lifted(u, a)
         virtual = ufl.derivative(F, u, test)
         if self.kinematics.tensor_dim > 1:
             virtual = (F.T * virtual + virtual.T * F) / 2
-        return ufl.inner(self.viscous_stress(rate, v), virtual)
+        return ufl.inner(self.viscous_stress(rate, a), virtual)
 
     # Stress, for output.
 
-    def cauchy(self, u: fem.Function, v: Any, rate: Any = None) -> Any:
+    def cauchy(self, u: fem.Function, a: Any, rate: Any = None) -> Any:
         """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line).
 
         Args:
             u: The unknown.
-            v: The potential.
+            a: The activation.
             rate: Rate of the viscous strain, None for an elastic body.
         """
-        sigma = self.cauchy_without_pressure(u, v, rate)
+        sigma = self.cauchy_without_pressure(u, a, rate)
         pressure = self.kinematics.pressure(sigma, ufl.split(u)[1] if self.kinematics.has_pressure else None)
         return sigma - pressure * ufl.Identity(self.kinematics.tensor_dim)
 
-    def cauchy_without_pressure(self, u: fem.Function, v: Any, rate: Any = None) -> Any:
+    def cauchy_without_pressure(self, u: fem.Function, a: Any, rate: Any = None) -> Any:
         """The Cauchy stress that energy and viscosity give, without pressure."""
-        F = ufl.variable(self.lifted(u, v))
-        sigma = ufl.diff(self.stored(F, v), F) * F.T / ufl.det(F)
+        F = ufl.variable(self.lifted(u, a))
+        sigma = ufl.diff(self.stored(F, a), F) * F.T / ufl.det(F)
         if rate is None or self._relaxation_time is None:
             return sigma
-        S = self.viscous_stress(rate, v)
+        S = self.viscous_stress(rate, a)
         return sigma + (S if self.kinematics.tensor_dim == 1 else F * S * F.T / ufl.det(F))

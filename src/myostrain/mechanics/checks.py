@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from myostrain import materials
+from myostrain.course import Course, value_at
 from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
 from myostrain.mechanics.imposed_stretch import ImposedStretch
-from myostrain.mechanics.loads import Course, value_at
 from myostrain.mechanics.supports import RigidMotions
 
 import numpy as np

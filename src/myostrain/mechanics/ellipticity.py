@@ -82,11 +82,11 @@ class EllipticityMonitor:
         chosen = mesh.topology.original_cell_index[:owned] % stride == 0
         self._cells = np.flatnonzero(chosen).astype(np.int32)
         self._centres = mesh.geometry.x[mesh.geometry.dofmaps[0][self._cells]].mean(axis=1)
-        F = active.lifted(mechanics.u, mechanics.v)
+        F = active.lifted(mechanics.u, mechanics.activation)
         # By two numbers and not by F twice: compiling the 81 components takes a minute and more.
         self._along = [fem.Constant(mesh, np.zeros((3, 3))) for _ in range(2)]
         s, t = (ufl.variable(fem.Constant(mesh, 0.0)) for _ in range(2))
-        W = active.stored(F + s * self._along[0] + t * self._along[1], mechanics.v)
+        W = active.stored(F + s * self._along[0] + t * self._along[1], mechanics.activation)
         scale = getattr(active._material, "modulus", 1.0)
         centre = np.full((1, 3), 1 / 4)
         second = ufl.diff(ufl.diff(W, s), t) / scale

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myostrain.activation import ActivationLaw, ActiveDeformation, ActiveStress
+from myostrain.activation import ActiveDeformation, ActiveTension, Fibre, Yield
 from myostrain.engine import compile_form, fem
 from myostrain.errors import ComputationError
 from myostrain.geometry import Body
@@ -23,6 +23,7 @@ from myostrain.solvers.linear import Options, assemble_nodal, largest, owned_dof
 from myostrain.solvers.newton import ChordNewton
 from myostrain.solvers.timing import timed
 from myostrain.state import FieldState, State
+from myostrain.validation import refuse_former
 
 import basix.ufl
 import numpy as np
@@ -39,8 +40,18 @@ QUADRATURE_DEGREE = {1: 1, 2: 3}
 QUADRATURE_RULE = {"tetrahedron": "xiao_gimbutas"}
 
 
+#: Keywords of earlier versions, and what became of them.
+FORMER = {
+    "law": "it goes to Electromechanics(..., law=...)",
+    "deformation": "it is called active",
+    "active_stress": "give Electromechanics law=ActiveStress(...), and Mechanics active=FibreTension(...)",
+    "activity": "it goes to Electromechanics(..., activity=...), as values at the nodes",
+    "activity_max": "it is not needed",
+}
+
+
 class Mechanics:
-    """The deforming body: finds the displacement for a given potential.
+    """The deforming body: finds the displacement for a given activation.
 
     The energy of the body is ∫ Jo W(F Fo⁻¹) dX + k/2 ∫ |u|² dS, under J = 1 or det Fe = 1 as ``kinematics``
     says; stress (3.3) and tangent follow by differentiation. A free body (no support, nothing fixed) is held
@@ -50,12 +61,8 @@ class Mechanics:
         body: The reference body.
         kinematics: What the mesh's dimension means in three dimensions.
         material: Passive material W(Fe).
-        law: Activation law γ(v).
-        deformation: Active deformation Fo(γ).
-        active_stress: A tension along the fibre beside the active strain (β = 0 for alone); None for none.
-        activity: Factor on γ and the tension, a UFL scalar such as :func:`myostrain.geometry.transmural`
-            gives; None for one.
-        activity_max: The largest value of that factor.
+        active: What the activation does: an active deformation Fo(γ), along the fibre unless given, or an
+            :class:`~myostrain.activation.ActiveTension`.
         robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more; one, or by named part of
             the boundary.
         robin_boundary: Named parts of the boundary that a single ``robin`` acts on; all of it unless given.
@@ -76,7 +83,7 @@ class Mechanics:
 
     Attributes:
         u: Displacement (with the pressure, where there is one), a DOLFINx function.
-        v: Potential that drives the activation, P1; whoever couples writes it.
+        activation: γ, or the tension, at the nodes, P1; whoever couples writes it.
         deformation: F and J of the configuration handed over to the potential.
         handed: The displacement in ``deformation``; :meth:`hand_over` writes it.
         seconds: Wall-clock seconds spent in solving.
@@ -88,11 +95,7 @@ class Mechanics:
         *,
         kinematics: Kinematics,
         material: Material,
-        law: ActivationLaw,
-        deformation: ActiveDeformation | None = None,
-        active_stress: ActiveStress | None = None,
-        activity: Any = None,
-        activity_max: float = 1.0,
+        active: ActiveDeformation | ActiveTension | None = None,
         robin: float | Mapping[str, float] = 0.0,
         robin_boundary: Sequence[str] | None = None,
         robin_normal: Mapping[str, float] | None = None,
@@ -105,17 +108,17 @@ class Mechanics:
         options: Options | None = None,
         tolerance: float = 1e-10,
         quadrature_degree: int | None = None,
+        **former: Any,
     ) -> None:
+        refuse_former(former, FORMER, "Mechanics")
         check_fit(body, kinematics, material, relaxation_time, imposed_stretch)
-        self.body, self.kinematics, self.law = body, kinematics, law
-        self.imposed_stretch, self.activity_max = imposed_stretch, activity_max
+        self.body, self.kinematics = body, kinematics
+        self.imposed_stretch = imposed_stretch
         self.relaxation_time = relaxation_time
         self.seconds = 0.0
         mesh = body.mesh
         mixed = kinematics.has_pressure
-        self._active = active = ActiveBody(
-            body, kinematics, material, law, deformation, relaxation_time, active_stress, activity
-        )
+        self._active = equations = ActiveBody(body, kinematics, material, active or Fibre(), relaxation_time)
         degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
         rule = QUADRATURE_RULE.get(mesh.topology.cell_type.name, "default")
         metadata = {"quadrature_degree": degree, "quadrature_rule": rule}
@@ -123,20 +126,20 @@ class Mechanics:
 
         space = _space(mesh, body.dim, kinematics.degree, mixed)
         self.u, self.handed = fem.Function(space, name="displacement"), fem.Function(space)
-        self.v = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="potential")
-        self.history, self._past_v = History(self.u, depth=3), History(self.v, depth=2)
+        self.activation = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="activation")
+        self.history, self._past_activation = History(self.u, depth=3), History(self.activation, depth=2)
 
-        F = active.gradient(self.handed)
-        self._handed_v = fem.Function(self.v.function_space)
-        Jo = ufl.det(active.active(self._handed_v))
+        F = equations.gradient(self.handed)
+        self._handed_activation = fem.Function(self.activation.function_space)
+        Jo = ufl.det(equations.active(self._handed_activation))
         self.deformation = Deformation(F, kinematics.volume_ratio(F, Jo))
 
-        residual = ufl.derivative(active.energy(self.u, self.v) * self._dx, self.u)
+        residual = ufl.derivative(equations.energy(self.u, self.activation) * self._dx, self.u)
         self.loads = Loads(
             body,
-            active,
+            equations,
             self.u,
-            self.v,
+            self.activation,
             kinematics.degree,
             pressure=pressure,
             robin=robin,
@@ -150,10 +153,15 @@ class Mechanics:
         self._past: list[tuple[fem.Function, fem.Function]] = []
         self._rate: Any = None
         if relaxation_time > 0:
-            self._past = [(fem.Function(space), fem.Function(self.v.function_space)) for _ in range(2)]
+            self._past = [
+                (fem.Function(space), fem.Function(self.activation.function_space)) for _ in range(2)
+            ]
             self._rates = [fem.Constant(mesh, 0.0) for _ in range(3)]
-            self._rate = active.strain_rate(self._rates, [(self.u, self.v), *self._past])
-            residual += active.viscous_power(self._rate, self.u, self.v, ufl.TestFunction(space)) * self._dx
+            self._rate = equations.strain_rate(self._rates, [(self.u, self.activation), *self._past])
+            residual += (
+                equations.viscous_power(self._rate, self.u, self.activation, ufl.TestFunction(space))
+                * self._dx
+            )
         conditions = [
             *fixed_conditions(body, space, fixed, mixed),
             *sliding_conditions(body, space, sliding, mixed),
@@ -179,31 +187,56 @@ class Mechanics:
             options=options,
             saddle_point=mixed,
             symmetric=self.loads.symmetric,
-            stabilization=active.stabilization(self.u, self.v, self._dx) if mixed else None,
+            stabilization=equations.stabilization(self.u, self.activation, self._dx) if mixed else None,
             depends_on=[
-                self.v,
+                self.activation,
                 *(f for pair in self._past for f in pair),
                 *self._rates,
                 *self.loads.constants,
             ],
         )
-        self._orientation = Orientation(body, active, self.u, self.v)
+        self._orientation = Orientation(body, equations, self.u, self.activation)
         self._nodal_u: fem.Function | None = None
-        test = ufl.TestFunction(self.v.function_space)
+        test = ufl.TestFunction(self.activation.function_space)
         self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
         if mixed:
-            stress = active.cauchy_without_pressure(self.u, self.v)
+            stress = equations.cauchy_without_pressure(self.u, self.activation)
             mean = sum(stress[i, i] for i in range(body.dim)) / body.dim
             self._mean_stress = compile_form(mean * test * self._dx)
+        self._fibre_stretch: fem.Form | None = None
         self._stress_trace = compile_form(ufl.tr(self.cauchy()) * test * self._dx)
 
     def cauchy(self) -> Any:
         """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), viscous part included, UFL."""
-        return self._active.cauchy(self.u, self.v, self._rate)
+        return self._active.cauchy(self.u, self.activation, self._rate)
 
     def stress_trace(self) -> npt.NDArray[np.float64]:
-        """Trace of the Cauchy stress at the nodes of ``v`` (mean over the cells around each, lumped)."""
+        """Trace of the Cauchy stress at the nodes of P1 (mean over the cells around each, lumped)."""
         return assemble_nodal(self._stress_trace) / self._nodal_weight
+
+    def fibre_stretch(self) -> npt.NDArray[np.float64]:
+        """Stretch of the fibre, |F f0|, at the nodes of P1 (mean over the cells around each, lumped)."""
+        if self._fibre_stretch is None:
+            along = self._active.gradient(self.u) * self.body.f0
+            test = ufl.TestFunction(self.activation.function_space)
+            self._fibre_stretch = compile_form(ufl.sqrt(ufl.dot(along, along)) * test * self._dx)
+        return assemble_nodal(self._fibre_stretch) / self._nodal_weight
+
+    @property
+    def yields(self) -> Yield:
+        """What ``activation`` is taken for: "strain" (γ) or "tension"."""
+        return self._active.yields
+
+    @property
+    def volume_follows(self) -> bool:
+        """Whether J follows γ at once, so that the balance of J v may lose its type."""
+        kinematics: Any = self.kinematics
+        # A viscous line lags behind; where det Fe = 1, J is det Fo whatever the viscosity.
+        lags = self.relaxation_time > 0 and kinematics.tensor_dim == 1
+        # Nearly incompressible is near enough to J = 1.
+        nearly = getattr(kinematics, "bulk_modulus", None) is not None
+        free = not nearly or kinematics.constraint == "elastic"
+        return free and not self.deformation.isochoric and not lags and not self.held(np.inf)
 
     # Solving.
 
@@ -215,7 +248,7 @@ class Mechanics:
 
     @timed
     def start(self, time: float = 0.0) -> None:
-        """Find the initial configuration for the potential in ``v``.
+        """Find the initial configuration for the present activation.
 
         An elastic body begins in equilibrium with it (contracted where it is activated), a viscous one
         relaxed (u = 0), a held one in its imposed stretch.
@@ -224,7 +257,7 @@ class Mechanics:
             ComputationError: No equilibrium was found; the displacement is what it was.
         """
         self.history.clear()
-        self._past_v.clear()
+        self._past_activation.clear()
         former = self.u.x.array.copy()
         self.u.x.array[:] = 0.0
         self._past_loads = np.zeros_like(self._past_loads)
@@ -233,10 +266,10 @@ class Mechanics:
         elif self.relaxation_time > 0:
             self._set_pressure()
         else:
-            potential = self.v.x.array.copy()
-            self.v.x.array[:] = 0.0
+            activation = self.activation.x.array.copy()
+            self.activation.x.array[:] = 0.0
             self._set_pressure()  # that of rest: Newton's method goes astray from none, or from another one
-            self.v.x.array[:] = potential
+            self.activation.x.array[:] = activation
             try:
                 self._equilibrate(time)
             except ComputationError:
@@ -247,7 +280,7 @@ class Mechanics:
 
     @timed
     def solve(self, time: float, *, predict: bool = True, order: int = 1, held: bool | None = None) -> None:
-        """Find the configuration at ``time`` for the potential in ``v``.
+        """Find the configuration at ``time`` for the present activation.
 
         Args:
             time: Simulated time.
@@ -268,13 +301,17 @@ class Mechanics:
         self._equilibrate(time)
 
     def _equilibrate(self, time: float) -> None:
-        """Solve for ``v`` and the loads at ``time``, in smaller jumps where one is too far."""
+        """Solve for the activation and the loads at ``time``, in smaller jumps where one is too far."""
         begin = self.history.values[0] if self.history.values else self.u.x.array.copy()
-        before = self._past_v.values[0] if self._past_v.values else np.zeros_like(self.v.x.array)
-        target, loads_before, loads = self.v.x.array.copy(), self._past_loads, self.loads.at(time)
+        before = (
+            self._past_activation.values[0]
+            if self._past_activation.values
+            else np.zeros_like(self.activation.x.array)
+        )
+        target, loads_before, loads = self.activation.x.array.copy(), self._past_loads, self.loads.at(time)
 
         def jump(share: float) -> None:
-            self.v.x.array[:] = before + (target - before) * share if share < 1 else target
+            self.activation.x.array[:] = before + (target - before) * share if share < 1 else target
             self.loads.put(loads_before + (loads - loads_before) * share)
             self.solver.solve()
             self._orientation.check()
@@ -287,7 +324,7 @@ class Mechanics:
             try:
                 follow(jump, self.u.x.array)
             except ComputationError:
-                self.v.x.array[:] = target
+                self.activation.x.array[:] = target
                 self.loads.put(loads_before)
                 raise
 
@@ -296,8 +333,10 @@ class Mechanics:
         weights = backward_difference([time, *self.history.times[:points]])
         for constant, weight in zip(self._rates, [*weights, 0.0], strict=False):
             constant.value = weight
-        for (u, v), u_past, v_past in zip(self._past, self.history.values, self._past_v.values, strict=False):
-            u.x.array[:], v.x.array[:] = u_past, v_past
+        for (u, a), u_past, a_past in zip(
+            self._past, self.history.values, self._past_activation.values, strict=False
+        ):
+            u.x.array[:], a.x.array[:] = u_past, a_past
 
     def _impose(self) -> None:
         assert self.imposed_stretch is not None
@@ -315,7 +354,7 @@ class Mechanics:
         for constant in self._rates:
             constant.value = 0.0
         if self.kinematics.has_pressure:
-            pressure = fem.Function(self.v.function_space)
+            pressure = fem.Function(self.activation.function_space)
             pressure.x.array[:] = assemble_nodal(self._mean_stress) / self._nodal_weight
             self.u.sub(1).interpolate(pressure)
 
@@ -324,7 +363,7 @@ class Mechanics:
         return {
             "fields": [FieldState.of(function) for function in self._stateful()],
             "history": self.history.state(),
-            "past_v": self._past_v.state(),
+            "past_activation": self._past_activation.state(),
             "solver": self.solver.state(),
             "loads": self._past_loads.tolist(),
             "rates": [float(constant.value) for constant in self._rates],
@@ -341,23 +380,23 @@ class Mechanics:
         self._past_loads = np.array(state["loads"])
         self.loads.put(self._past_loads)
         self.history.restore(state["history"])
-        self._past_v.restore(state["past_v"])
+        self._past_activation.restore(state["past_activation"])
         self.seconds = state["seconds"]
 
     def _stateful(self) -> list[fem.Function]:
         past = [function for pair in self._past for function in pair]
-        return [self.u, self.v, self.handed, self._handed_v, *past]
+        return [self.u, self.activation, self.handed, self._handed_activation, *past]
 
     def accept(self, time: float) -> None:
         """Take the present configuration as the one at ``time``."""
         self._past_loads = self.loads.at(time)
         self.history.push(time)
-        self._past_v.push(time)
+        self._past_activation.push(time)
 
     def release(self) -> None:
         """Forget the past configurations: the body was just let go, and they say nothing of what comes."""
         self.history.clear()
-        self._past_v.clear()
+        self._past_activation.clear()
         self.solver.forget()
 
     def hand_over(self, time: float, order: int = 0) -> None:
@@ -368,7 +407,7 @@ class Mechanics:
             order: Order of the polynomial; 0 hands over the last accepted configuration.
         """
         self.history.extrapolate(time, order, self.handed.x.array)
-        self._past_v.extrapolate(time, order, self._handed_v.x.array)
+        self._past_activation.extrapolate(time, order, self._handed_activation.x.array)
 
     def lag(self, time: float, order: int) -> float:
         """Largest difference between the displacement found for ``time`` and the one handed over for it.
@@ -388,7 +427,7 @@ class Mechanics:
     def hand_over_present(self) -> None:
         """Write the present configuration, accepted or not, into ``handed``."""
         self.handed.x.array[:] = self.u.x.array
-        self._handed_v.x.array[:] = self.v.x.array
+        self._handed_activation.x.array[:] = self.activation.x.array
 
     def displacement(self) -> fem.Function:
         """The displacement at the mesh's nodes, a P1 vector function."""

@@ -21,14 +21,14 @@ class Orientation:
         body: The reference body.
         active: The equations of the body.
         u: The unknown.
-        v: The potential.
+        a: The activation.
     """
 
-    def __init__(self, body: Body, active: ActiveBody, u: fem.Function, v: Any) -> None:
+    def __init__(self, body: Body, active: ActiveBody, u: fem.Function, a: Any) -> None:
         mesh = body.mesh
         self._body = body
         points = basix.make_quadrature(getattr(basix.CellType, mesh.topology.cell_type.name), 2)[0]
-        determinants = ufl.as_vector([ufl.det(active.gradient(u)), ufl.det(active.active(v))])
+        determinants = ufl.as_vector([ufl.det(active.gradient(u)), ufl.det(active.active(a))])
         self._determinants = fem.Expression(determinants, points, jit_options=jit_options())
         self._cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
 

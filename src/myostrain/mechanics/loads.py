@@ -3,52 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
-from typing import Annotated, Any
+from typing import Any
 
+from myostrain.course import Course, check_course, value_at
 from myostrain.engine import fem
 from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.mechanics.active_body import ActiveBody
-from myostrain.validation import Finite
 
 import numpy as np
 import numpy.typing as npt
 import ufl
-from pydantic import AfterValidator
-
-
-def _ascending(course: float | tuple[tuple[float, float], ...]) -> float | tuple[tuple[float, float], ...]:
-    """Refuse points that are no function of time."""
-    if isinstance(course, Sequence):
-        times = [point[0] for point in course]
-        if not times or any(later <= earlier for earlier, later in pairwise(times)):
-            raise ValueError("give points [time, value] with ascending times")
-    return course
-
-
-Course = Annotated[Finite | tuple[tuple[Finite, Finite], ...], AfterValidator(_ascending)]
-"""A value over simulated time: a number, or points (time, value) joined by straight lines."""
-
-
-def check_course(course: Course, key: str) -> None:
-    """Refuse points that are no function of time.
-
-    Raises:
-        InputError: There is none, or their times do not ascend.
-    """
-    try:
-        _ascending(course)
-    except ValueError as error:
-        raise InputError(f"{error}, not {course}", key) from None
-
-
-def value_at(course: Course, time: float) -> float:
-    """The value at a time; before the first point and after the last one it is theirs."""
-    if not isinstance(course, Sequence):
-        return float(course)
-    times, values = np.array(course).T
-    return float(np.interp(time, times, values))
 
 
 class Loads:
@@ -62,7 +27,7 @@ class Loads:
         body: The reference body.
         active: The equations of the body.
         u: The unknown.
-        v: The potential.
+        a: The activation.
         degree: Polynomial degree of the displacement.
         pressure: Pressures over time by named part of the boundary, positive towards the body.
         robin: Stiffness k of the elastic support: on ``robin_boundary``, or by named part; zero or more.
@@ -83,7 +48,7 @@ class Loads:
         body: Body,
         active: ActiveBody,
         u: fem.Function,
-        v: fem.Function,
+        a: fem.Function,
         degree: int,
         *,
         pressure: Mapping[str, Course] | None,
@@ -117,7 +82,7 @@ class Loads:
             key = f"mechanics.pressure.{part}"
             check_course(course, key)
             ds = body.boundary_measure([part], 2 * degree, key)
-            F = active.lifted(u, v)
+            F = active.lifted(u, a)
             lifted = ufl.as_vector(
                 [*(normal[i] for i in range(body.dim)), *([0] * (F.ufl_shape[0] - body.dim))]
             )

@@ -92,9 +92,8 @@ def plane_axis(body: Body, name: str) -> int:
         raise InputError(
             f"'{name}' is in no plane across {', '.join('XYZ'[: body.dim])}, in which it could slide (it "
             f"extends over {', '.join(f'{s:.3g}' for s in spread)} along these axes; a plane may deviate by "
-            f"{FLAT:g} of the body's diagonal, {FLAT * size:.3g}); fix it, or give it a stiffness "
-            "along its normal in "
-            "mechanics.robin_normal",
+            f"{FLAT:g} of the body's diagonal, {FLAT * size:.3g}); fix it, or give it a stiffness along "
+            "its normal in mechanics.robin_normal",
             "mechanics.sliding",
         )
     return int(flat[0])

@@ -1,40 +1,14 @@
-"""Membrane models: one a file.
+"""Membrane models: one a file, equations apart from the integrator.
 
-A model is pointwise: ``states`` names its state variables, ``initial_states()`` gives their resting values,
-``rates(v, states)`` their time derivatives and ``current(v, states)`` the ionic current, so that at a point
-dv/dt = −current. Both are plain arithmetic or NumPy functions of arrays of nodal values; derivatives are
-taken by the complex step, so they must be analytic (no ``abs``; comparisons and ``numpy.where`` are fine).
+A model is pointwise: :class:`Membrane` says what it declares. ``current`` and ``rates`` are plain arithmetic
+or NumPy functions of arrays of nodal values; derivatives are taken by the complex step, so they must be
+analytic (no ``abs``; comparisons and ``numpy.where`` are fine). How its states advance is an
+:class:`Integrator`'s: :class:`LinearlyImplicit` for a few states.
 """
 
-from collections.abc import Sequence
-from typing import Any, Protocol
-
+from myostrain.membranes.checks import check_membrane
+from myostrain.membranes.contracts import Integrator, Membrane, Step
 from myostrain.membranes.fitzhugh_nagumo import FitzHughNagumo
+from myostrain.membranes.linearly_implicit import LinearlyImplicit
 
-
-class CellModel(Protocol):
-    """What the potential asks of a membrane model."""
-
-    @property
-    def states(self) -> Sequence[str]:
-        """Names of the state variables; empty for a model of the potential alone."""
-        ...
-
-    def resting_potential(self) -> float:
-        """The potential at rest."""
-        ...
-
-    def initial_states(self) -> Sequence[float]:
-        """Resting value of each state."""
-        ...
-
-    def current(self, v: Any, states: Sequence[Any]) -> Any:
-        """Ionic current: at a point, dv/dt = −current."""
-        ...
-
-    def rates(self, v: Any, states: Sequence[Any]) -> Sequence[Any]:
-        """Time derivative of each state."""
-        ...
-
-
-__all__ = ["CellModel", "FitzHughNagumo"]
+__all__ = ["FitzHughNagumo", "Integrator", "LinearlyImplicit", "Membrane", "Step", "check_membrane"]

@@ -1,7 +1,7 @@
 """FitzHugh–Nagumo membrane."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from myostrain.validation import Flag, NonNegative, Positive, description
 
@@ -23,6 +23,12 @@ class FitzHughNagumo:
     tau: Positive = 0.2
     A: NonNegative = 100.0
     recovery: Flag = True
+    time_unit: ClassVar[str | None] = None
+    potential_unit: ClassVar[str | None] = None
+    range: ClassVar[tuple[float, float]] = (0.0, 1.0)
+    threshold: ClassVar[float] = 0.5
+    calcium: ClassVar[str | None] = None
+    calcium_unit: ClassVar[str | None] = None
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -33,7 +39,7 @@ class FitzHughNagumo:
         """Zero."""
         return 0.0
 
-    def initial_states(self) -> tuple[float, ...]:
+    def resting_states(self) -> tuple[float, ...]:
         """Zero recovery."""
         return (0.0,) if self.recovery else ()
 

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from myostrain.engine import fem, jit_options, lasting
 from myostrain.errors import InputError
 from myostrain.output.folder import discard, on_first, part_of
-from myostrain.output.manifest import claim, claimed, make_folder
 from myostrain.output.ordering import Ordering
 from myostrain.output.snapshots import VECTORS, Snapshots, SnapshotWriter
 
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-FieldName = Literal["potential", "states", "displacement", "stress_trace"]
+FieldName = Literal["potential", "states", "activation", "displacement", "stress_trace"]
 
 
 def cell_fibres(body: Body) -> Array:
@@ -52,21 +51,12 @@ class FieldWriter:
     def __init__(self, model: Electromechanics, folder: Path, names: Sequence[FieldName]) -> None:
         self._model, self._folder = model, folder
         self._space = space = model.potential.v.function_space
-        wanted: dict[str, fem.Function] = {}
-        if "potential" in names:
-            wanted["potential"] = model.potential.v
-        if "states" in names:
-            wanted.update(model.potential.states)
-        self._trace = None
-        if model.mechanics is not None:
-            if "displacement" in names:
-                wanted["displacement"] = model.mechanics.displacement()
-            if "stress_trace" in names:
-                self._trace = wanted["stress_trace"] = fem.Function(space, name="stress_trace")
-        self._fields = wanted
-        self._vectors = wanted["displacement"].function_space if "displacement" in wanted else None
+        self._names = set(names)
+        self._vectors = None
+        if model.mechanics is not None and "displacement" in names:
+            self._vectors = model.mechanics.displacement().function_space
         self._snapshots = None
-        if wanted:
+        if self._values(headers=True):
             body = model.potential.body
             fibres = cell_fibres(body) if body.dim == 3 else None
             self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres)
@@ -77,14 +67,25 @@ class FieldWriter:
         Raises:
             ComputationError: They cannot be written.
         """
-        if self._snapshots is None:
-            return
-        mechanics = self._model.mechanics
-        if mechanics is not None:
-            mechanics.displacement()
-            if self._trace is not None:
-                self._trace.x.array[:] = mechanics.stress_trace()
-        self._snapshots.write(step, time, {name: f.x.array for name, f in self._fields.items()})
+        if self._snapshots is not None:
+            self._snapshots.write(step, time, self._values())
+
+    def _values(self, *, headers: bool = False) -> dict[str, Any]:
+        """Local values by name; only the names, if for headers."""
+        model, wanted = self._model, self._names
+        found: dict[str, Any] = {
+            name: values
+            for name, values in model.potential.field_values().items()
+            if ("potential" if name == "potential" else "states") in wanted
+        }
+        if model.activation is not None and "activation" in wanted:
+            found["activation"] = model.activation.values
+        if model.mechanics is not None:
+            if "displacement" in wanted:
+                found["displacement"] = None if headers else model.mechanics.displacement().x.array
+            if "stress_trace" in wanted:
+                found["stress_trace"] = None if headers else model.mechanics.stress_trace()
+        return found
 
     def truncate(self, step: int) -> None:
         """Remove what an earlier run wrote after a step, to go on from there."""
@@ -95,8 +96,9 @@ class FieldWriter:
         """Make ``fields.bp`` of the snapshots.
 
         Args:
-            activation_times: The nodes' activation times (local values, NaN for never) if the run reached its
-                end. None if it did not: then nothing is raised, so that the reason why is not hidden.
+            activation_times: The nodes' activation times (beats, local nodes), NaN for none, if the run
+                reached its end. None if it did not: then nothing is raised, so that the reason why is not
+                hidden.
 
         Raises:
             ComputationError: Something cannot be written.
@@ -139,14 +141,13 @@ def write_vtx(folder: Path, space: fem.FunctionSpace, vectors: fem.FunctionSpace
     scalar = Ordering(space)
     needed = len(times) * _frame_bytes(space, list(fields))
 
-    def make_room() -> None:
+    def claim() -> None:
         if needed > shutil.disk_usage(folder).free:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         discard(part)
-        claim(path)
         part.mkdir()
 
-    on_first(comm, make_room, path)
+    on_first(comm, claim, path)
     try:
         with dolfinx.io.VTXWriter(comm, part, list(fields.values())) as vtx:
             for frame, time in enumerate(times):
@@ -166,14 +167,8 @@ def _field(opened: Callable[[Path], Snapshots], folder: Path, name: str, frame: 
 
 
 def _replace(part: Path, path: Path) -> None:
-    make_folder(path)
-    own = claimed(path.parent)
-    for old in path.iterdir():
-        if f"{path.name}/{old.name}" in own:
-            old.unlink()
-    for new in part.iterdir():
-        claim(path / new.name)
-        new.replace(path / new.name)
+    discard(path)
+    part.rename(path)
 
 
 def _frame_bytes(space: fem.FunctionSpace, names: Sequence[str]) -> float:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-#: The level at which activation, fronts and widths are taken.
+#: The level at which activation, fronts and widths are taken unless a membrane has another threshold.
 LEVEL = 0.5
 
 
@@ -18,7 +18,7 @@ class LeadingPulse:
     """The pulse farthest along a line, at one time.
 
     Args:
-        front: Material X of the crossing of v = 0.5 that leads.
+        front: Material X of the crossing of the level that leads.
         back: Material X of the crossing behind it, None for a front without a back.
         slope: |∂v/∂X| at the leading crossing.
         width_spatial: Distance of front and back in x, None without a back.
@@ -35,15 +35,17 @@ class LeadingPulse:
         return None if self.back is None else self.front - self.back
 
 
-def leading_pulse(X: Array, x: Array, v: Array) -> LeadingPulse | None:
-    """The pulse that leads in the direction of growing X, None where v does not cross 0.5.
+def leading_pulse(X: Array, x: Array, v: Array, level: float = LEVEL) -> LeadingPulse | None:
+    """The pulse that leads in the direction of growing X, None where v does not cross the level.
 
     Args:
         X: Material coordinates (n,), ascending.
         x: Spatial coordinates (n,) of the same points.
         v: Potential (n,).
+        level: The potential at which front and back are taken.
     """
-    above = v >= LEVEL
+    v = v - level
+    above = v >= 0
     changes = np.flatnonzero(above[1:] != above[:-1]).tolist()
     downward = [i for i in changes if above[i]]
     if not downward:
@@ -60,23 +62,23 @@ def leading_pulse(X: Array, x: Array, v: Array) -> LeadingPulse | None:
 
 
 def _crossing(X: Array, v: Array, i: int) -> tuple[float, float]:
-    """Place after node i where v = 0.5, and |slope| there, by the cubic through four nodes."""
+    """Place after node i where v = 0, and |slope| there, by the cubic through four nodes."""
     lo = min(max(i - 1, 0), max(len(X) - 4, 0))
     picked = slice(lo, min(lo + 4, len(X)))
     origin, scale = X[i], X[i + 1] - X[i]
     s = (X[picked] - origin) / scale
-    cubic = np.polynomial.Polynomial.fit(s, v[picked] - LEVEL, len(s) - 1, domain=[0, 1], window=[0, 1])
+    cubic = np.polynomial.Polynomial.fit(s, v[picked], len(s) - 1, domain=[0, 1], window=[0, 1])
     roots: list[complex] = cubic.roots().tolist()
     inside = [r.real for r in roots if abs(r.imag) < 1e-9 and -1e-9 <= r.real <= 1 + 1e-9]
-    linear = (LEVEL - v[i]) / (v[i + 1] - v[i])
+    linear = -v[i] / (v[i + 1] - v[i])
     place = min(inside, key=lambda r: abs(r - linear)) if inside else linear
     return float(origin + place * scale), float(abs(cubic.deriv()(place) / scale))
 
 
-def crossing_time(before: Array, after: Array, start: float, end: float) -> Array:
-    """Times (n,) at which values rise through 0.5 between two times, linear in time; NaN where none does."""
-    rises = (before < LEVEL) & (after >= LEVEL)
+def crossing_time(before: Array, after: Array, start: float, end: float, level: float = LEVEL) -> Array:
+    """Times (n,) at which values rise through a level between two times, linear in time; NaN for never."""
+    rises = (before < level) & (after >= level)
     times = np.full(before.shape, np.nan)
-    share = (LEVEL - before[rises]) / (after[rises] - before[rises])
+    share = (level - before[rises]) / (after[rises] - before[rises])
     times[rises] = start + share * (end - start)
     return times

@@ -80,52 +80,97 @@ class Probes:
 
 
 class ActivationTimes:
-    """First time at which the potential rises through 0.5, at nodes and probes, linear in time between steps.
+    """Times at which the potential rises through a threshold, at nodes and probes.
+
+    They are linear in time between steps. Every rise counts, a beat each. What is above the threshold at
+    the start is activated at time 0; it counts again once it has been below.
 
     Args:
         potential: The potential, P1.
         probes: The probes.
+        threshold: The membrane's threshold.
     """
 
-    def __init__(self, potential: fem.Function, probes: Probes) -> None:
-        self._v, self._probes = potential, probes
+    def __init__(self, potential: fem.Function, probes: Probes, threshold: float) -> None:
+        self._v, self._probes, self._threshold = potential, probes, threshold
         self._before = potential.x.array.copy()
-        self.nodes = np.full(self._before.shape, np.nan)
-        self._at_probes = np.full(len(probes._mine), np.nan)
+        self._nodes, self._points = _Beats(len(self._before)), _Beats(len(probes._mine))
 
-    def start(self) -> None:
+    def start(self, time: float = 0.0) -> None:
         """Begin with the present potential."""
         self._before[:] = self._v.x.array
+        for beats, values in ((self._nodes, self._before), (self._points, self._probes.local(self._before))):
+            beats.clear()
+            beats.add(np.where(values >= self._threshold, time, np.nan))
+
+    def observe(self, start: float, end: float) -> None:
+        """Look at the potential after a step from ``start`` to ``end``."""
+        now, level = self._v.x.array, self._threshold
+        self._nodes.add(crossing_time(self._before, now, start, end, level))
+        before, after = self._probes.local(self._before), self._probes.local(now)
+        self._points.add(crossing_time(before, after, start, end, level))
+        self._before[:] = now
+
+    @property
+    def nodes(self) -> Array:
+        """First time at each node (nodes,), NaN for never."""
+        return self._nodes.times[0]
+
+    def beats(self) -> Array:
+        """Time of each beat at each node, (beats, nodes), NaN for none (collective)."""
+        return self._nodes.together(self._probes._comm)
+
+    def at_probes(self) -> dict[str, list[float]]:
+        """Times by probe name, in their order; none where it never happened (collective)."""
+        beats = self._points.together(self._probes._comm)
+        times = self._probes.gather(beats.T.copy())
+        return {
+            name: [float(t) for t in row if not np.isnan(t)]
+            for name, row in zip(self._probes.names, times, strict=True)
+        }
 
     def state(self) -> State:
-        """The times found so far."""
+        """The times found so far (collective)."""
+        space = self._v.function_space
+        points = self._probes.gather(self._points.together(self._probes._comm).T.copy())
         return {
-            "nodes": FieldState(self._v.function_space, self.nodes.copy()),
-            "probes": self._probes.gather(self._at_probes).tolist(),
+            "nodes": [FieldState(space, times) for times in self.beats()],
+            "probes": points.T.tolist(),
         }
 
     def restore(self, state: State) -> None:
         """Go on from a state, with the present potential as that before the next step."""
-        self.start()
-        self.nodes[:] = state["nodes"].values
-        self._at_probes[:] = np.asarray(state["probes"], dtype=float)[self._probes._mine]
-
-    def observe(self, start: float, end: float) -> None:
-        """Look at the potential after a step from ``start`` to ``end``."""
-        now = self._v.x.array
-        _first(self.nodes, crossing_time(self._before, now, start, end))
-        before, after = self._probes.local(self._before), self._probes.local(now)
-        _first(self._at_probes, crossing_time(before, after, start, end))
-        self._before[:] = now
-
-    def at_probes(self) -> dict[str, float | None]:
-        """Time by probe name; None where it never happened."""
-        times = self._probes.gather(self._at_probes)
-        return {
-            name: None if np.isnan(t) else float(t) for name, t in zip(self._probes.names, times, strict=True)
-        }
+        self._before[:] = self._v.x.array
+        self._nodes.put(np.array([field.values for field in state["nodes"]]))
+        self._points.put(np.array(state["probes"], dtype=float)[:, self._probes._mine])
 
 
-def _first(kept: Array, new: Array) -> None:
-    missing = np.isnan(kept)
-    kept[missing] = new[missing]
+class _Beats:
+    """Times of the beats of n points: row k has each one's beat k, NaN where there is none yet."""
+
+    def __init__(self, n: int) -> None:
+        self._count = np.zeros(n, dtype=np.int64)
+        self.times: list[Array] = [np.full(n, np.nan)]
+
+    def clear(self) -> None:
+        self.put(np.full((1, len(self._count)), np.nan))
+
+    def put(self, times: Array) -> None:
+        self.times = [row.copy() for row in times]
+        self._count = (~np.isnan(times)).sum(axis=0)
+
+    def add(self, new: Array) -> None:
+        """Add the times (n,) that are numbers as the next beats of their points."""
+        rises = np.flatnonzero(~np.isnan(new))
+        for beat in np.unique(self._count[rises]).tolist():
+            while len(self.times) <= beat:
+                self.times.append(np.full(len(self._count), np.nan))
+            these = rises[self._count[rises] == beat]
+            self.times[beat][these] = new[these]
+        self._count[rises] += 1
+
+    def together(self, comm: Any) -> Array:
+        """The times (beats, n), as many rows on every process."""
+        rows = comm.allreduce(len(self.times), op=MPI.MAX)
+        missing = np.full((rows - len(self.times), len(self._count)), np.nan)
+        return np.vstack([*self.times, missing])

@@ -15,19 +15,21 @@ if TYPE_CHECKING:
 
 
 def metrics(
-    model: Electromechanics, probes: Probes, activation: dict[str, float | None]
-) -> dict[str, float | None]:
-    """Numbers that describe the present state and the wave so far.
+    model: Electromechanics, probes: Probes, activation: dict[str, list[float]]
+) -> tuple[dict[str, float | None], dict[str, str]]:
+    """Numbers that describe the present state and the wave so far, and why some do not exist.
 
-    celerity is the material distance of the first two probes over the difference of their activation times;
-    on a line, width_material and width_spatial are of the leading pulse, and front_slope is |∂v/∂X| at its
-    front's v = 0.5; None where a number does not exist.
+    celerity is the material distance of the first two probes over the difference of their first activation
+    times; on a line, width_material and width_spatial are of the leading pulse, and front_slope is |∂v/∂X| at
+    its front, all at the membrane's threshold; None where a number does not exist.
     """
     potential, mechanics = model.potential, model.mechanics
     comm = potential.body.comm
     v = potential.v.x.array
+    celerity, reason = _celerity(probes, activation, model.time)
+    notes = {} if reason is None else {"celerity": reason}
     found: dict[str, float | None] = {
-        "celerity": _celerity(probes, activation),
+        "celerity": celerity,
         "potential_max": float(comm.allreduce(v.max(initial=-np.inf), MPI.MAX)),
         "potential_min": float(comm.allreduce(v.min(initial=np.inf), MPI.MIN)),
         "amount": potential.amount(),
@@ -42,16 +44,24 @@ def metrics(
         if potential.body.dim == 1
         else dict.fromkeys(("width_material", "width_spatial", "front_slope"))
     )
-    return found
+    return found, notes
 
 
-def _celerity(probes: Probes, activation: dict[str, float | None]) -> float | None:
+def _celerity(
+    probes: Probes, activation: dict[str, list[float]], end: float
+) -> tuple[float | None, str | None]:
+    """The celerity, or why there is none."""
     if len(probes.names) < 2:
-        return None
-    first, second = (activation[name] for name in probes.names[:2])
-    if first is None or second is None or first == second:
-        return None
-    return float(np.linalg.norm(probes.positions[1] - probes.positions[0]) / (second - first))
+        return None, "the celerity is taken between the first two probes, and there are not two"
+    names = probes.names[:2]
+    for name in names:
+        if not activation[name]:
+            return None, f"probe '{name}' was not activated"
+    first, second = (activation[name][0] for name in names)
+    # Times are interpolated in a step: what differs by round-off is at once.
+    if abs(second - first) <= 1e-9 * max(abs(end), abs(first), abs(second)):
+        return None, f"probes '{names[0]}' and '{names[1]}' were activated at the same time"
+    return float(np.linalg.norm(probes.positions[1] - probes.positions[0]) / (second - first)), None
 
 
 def _line_metrics(model: Electromechanics, displacement: Any) -> dict[str, float | None]:
@@ -63,7 +73,7 @@ def _line_metrics(model: Electromechanics, displacement: Any) -> dict[str, float
     )
     X, u, v = (np.concatenate(column) for column in zip(*parts, strict=True))
     order = np.argsort(X)
-    pulse = leading_pulse(X[order], (X + u)[order], v[order])
+    pulse = leading_pulse(X[order], (X + u)[order], v[order], model.potential.threshold)
     if pulse is None:
         return dict.fromkeys(("width_material", "width_spatial", "front_slope"))
     return {
@@ -91,7 +101,7 @@ def unknowns(model: Electromechanics) -> dict[str, int]:
     """Number of unknowns of each field over all processes."""
     potential = model.potential
     nodes = int(potential.v.function_space.dofmap.index_map.size_global)
-    counts = {"potential": nodes, "states": nodes * len(potential.states)}
+    counts = {"potential": nodes, "states": nodes * len(potential.state_names)}
     if model.mechanics is not None:
         space = model.mechanics.u.function_space
         counts["mechanics"] = int(space.dofmap.index_map.size_global * space.dofmap.index_map_bs)

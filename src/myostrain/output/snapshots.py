@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from myostrain.errors import InputError
-from myostrain.output.folder import on_first, read_regular, write_atomically
-from myostrain.output.manifest import make_folder
+from myostrain.output.folder import on_first, write_atomically
 
 import numpy as np
 import numpy.typing as npt
@@ -102,21 +101,23 @@ class SnapshotWriter:
 
         def remove() -> None:
             late = [path for number, path in frame_paths(self._folder).items() if number > step]
-            for path in (*late, *folder.glob(".frame-*.npz.part"), folder / "activation.npz"):
+            for path in (*late, *folder.glob(".*.part"), folder / "activation.npz"):
                 path.unlink(missing_ok=True)
 
         on_first(self._comm, remove, folder)
 
     def finish(self, activation_times: Array) -> None:
-        """Write the nodes' activation times (local values, NaN for never), at the end of a run."""
-        self._save("activation.npz", {"activation_time": self._nodes.gather(activation_times)})
+        """Write the nodes' activation times (beats, local nodes), NaN for none, at the end of a run."""
+        beats = [self._nodes.gather(times) for times in activation_times]
+        whole = {"activation_time": beats[0], "activation_times": beats}
+        self._save("activation.npz", whole)
 
     def _save(self, name: str, arrays: dict[str, Any]) -> None:
         path = self._folder / "snapshots" / name
 
         def save() -> None:
             if name == "mesh.npz":
-                make_folder(path.parent)
+                path.parent.mkdir(exist_ok=True)
             # In memory first: a zip file that cannot be completed fails in ways of its own.
             content = io.BytesIO()
             np.savez(content, **arrays)
@@ -183,7 +184,7 @@ def _opened(path: Path) -> Iterator[Any]:
     """A file of arrays, open for reading; whatever is wrong with it is an :class:`InputError`."""
     damage = (OSError, ValueError, TypeError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile)
     try:
-        with np.load(io.BytesIO(read_regular(path)), allow_pickle=False) as arrays:
+        with np.load(path, allow_pickle=False) as arrays:
             yield arrays
     except damage as error:
         then = "remove it to go without this frame" if FRAME.fullmatch(path.name) else "run the case again"

@@ -12,7 +12,6 @@ from myostrain.engine import lasting
 from myostrain.errors import InputError
 from myostrain.mechanics.ellipticity import EllipticityMonitor
 from myostrain.output.folder import on_first
-from myostrain.output.manifest import claim
 from myostrain.output.measures import Measures
 from myostrain.output.peaks import Peaks
 from myostrain.output.probes import Probes
@@ -49,7 +48,6 @@ class Table:
                 )
 
         def begin() -> None:
-            claim(path)
             self._stream = path.open("a" if size is not None else "w", newline="", encoding="utf-8")
             if size is not None:
                 self._stream.truncate(size)
@@ -119,7 +117,9 @@ class ProbeTable:
     def _values(self, *, headers: bool = False) -> dict[str, Any]:
         """Nodal values by column name."""
         model = self._model
-        values: dict[str, Any] = {f.name: f.x.array for f in model.potential.fields}
+        values: dict[str, Any] = dict(model.potential.field_values())
+        if model.activation is not None:
+            values["activation"] = model.activation.values
         if model.mechanics is not None:
             dim = model.potential.body.dim
             u = None if headers else model.mechanics.displacement().x.array.reshape(-1, dim)

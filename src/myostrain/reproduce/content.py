@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
-from myostrain.reproduce.jobs import Found
+from myostrain.reproduce.jobs import Found, Job
 from myostrain.reproduce.verdict import Claim, Numbers, Verdict, judge
 
 from matplotlib.figure import Figure
 
 #: Texts are Markdown, formulas between dollar signs.
 Text = str
-#: Cells of a table; numbers are shown with four digits, None as a dash.
-Rows = Sequence[Sequence[Text | float | int | None]]
 
 
 @dataclass(frozen=True)
@@ -44,12 +42,12 @@ class Table:
     Args:
         caption: What it shows: mesh, step, settings.
         head: Heads of the columns.
-        rows: Its cells.
+        rows: Cells; numbers are shown with four digits, None as a dash.
     """
 
     caption: Text
     head: Sequence[Text]
-    rows: Rows
+    rows: Sequence[Sequence[Text | float | int | None]]
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,6 @@ class Chapter:
     """One part of the page.
 
     Args:
-        title: Its title, with the paper's section.
         introduction: What the paper says, in our words, with its equations.
         statements: Judged claims.
         tables: Tables.
@@ -99,7 +96,6 @@ class Chapter:
         remarks: What else was seen, after the pictures.
     """
 
-    title: Text
     introduction: Text
     statements: Sequence[Statement]
     tables: Sequence[Table] = ()
@@ -109,16 +105,16 @@ class Chapter:
     remarks: Text = ""
 
 
-@dataclass(frozen=True)
-class Measured:
-    """What the words, tables and pictures of a chapter are made of.
+class ChapterModule(Protocol):
+    """What a module of :mod:`myostrain.reproduce.chapters` has."""
 
-    Args:
-        found: Outcomes of its jobs by name.
-        numbers: Every number of the chapter, made of these.
-        quick: Whether at the quick settings.
-    """
+    TITLE: str
+    """Its title, with the paper's section."""
 
-    found: Mapping[str, Found]
-    numbers: Mapping[str, Any]
-    quick: bool
+    def jobs(self, quick: bool) -> dict[str, Job]:
+        """The computations it needs, by names of its own."""
+        ...
+
+    def chapter(self, found: Mapping[str, Found], quick: bool) -> Chapter:
+        """The chapter, from the outcomes of its jobs."""
+        ...

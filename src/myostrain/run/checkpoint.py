@@ -6,15 +6,13 @@ import hashlib
 import io
 import json
 import os
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from myostrain.engine import fem, lasting
 from myostrain.errors import InputError
 from myostrain.output.folder import on_first, write_atomically
-from myostrain.output.manifest import make_folder
 from myostrain.output.ordering import Ordering
 from myostrain.state import FieldState, State
 
@@ -22,9 +20,6 @@ import numpy as np
 
 #: First line of every checkpoint: what it is, and the version of its format.
 FORMAT = "myostrain checkpoint 1"
-
-#: Names of the files.
-NAMES = re.compile(r"step-\d{9,}\.ckpt")
 
 #: How many are kept.
 KEPT = 2
@@ -65,7 +60,7 @@ class Checkpoints:
             text = json.dumps(tree).encode()
             np.savez(content, state=np.frombuffer(text, dtype=np.uint8), **arrays)
             payload = content.getbuffer()
-            make_folder(self.folder)
+            self.folder.mkdir(exist_ok=True)
             header = f"{FORMAT}\n{_digest(FORMAT, payload)}\n".encode()
             write_atomically(path, header, payload)
             _sync_folder(self.folder)
@@ -76,7 +71,7 @@ class Checkpoints:
 
     def files(self) -> list[Path]:
         """The checkpoints that are there, newest first."""
-        return sorted((p for p in self.folder.glob("*.ckpt") if NAMES.fullmatch(p.name)), reverse=True)
+        return sorted(self.folder.glob("step-*.ckpt"), reverse=True)
 
     def latest(self) -> tuple[State | None, list[str]]:
         """The newest undamaged state, None if there is no checkpoint; and what was wrong with newer ones.
@@ -170,27 +165,6 @@ class Checkpoints:
         if isinstance(value, list):
             return [self._unpacked(entry, arrays) for entry in value]
         return value
-
-
-def file_digests(files: Mapping[str, Sequence[Path]], comm: Any) -> dict[str, str]:
-    """A SHA-256 of the contents of a case's files, by the key that names them (collective).
-
-    Args:
-        files: The files by key.
-        comm: MPI communicator; its first process reads.
-    """
-
-    def digests() -> dict[str, str]:
-        found = {}
-        for key, paths in files.items():
-            digest = hashlib.sha256()
-            for path in paths:
-                with path.open("rb") as stream:
-                    digest.update(hashlib.file_digest(stream, "sha256").digest())
-            found[key] = digest.hexdigest()
-        return found
-
-    return dict(comm.bcast(digests() if comm.rank == 0 else None, root=0))
 
 
 class _Damage(Exception):

@@ -29,6 +29,10 @@ REMEDIES = (
 class Recovery:
     """Takes steps of a model; one that fails is tried again by the remedies above, in turn.
 
+    Where mechanics is solved every few steps, it goes back to where potential and body were of one time,
+    and takes all steps from there with mechanics in each: a smaller step of the potential alone would not
+    help the body.
+
     Args:
         model: The coupled problem.
 
@@ -39,6 +43,7 @@ class Recovery:
     def __init__(self, model: Electromechanics) -> None:
         self.model = model
         self.retries: list[dict[str, Any]] = []
+        self._good: State | None = None  # where the last turn of mechanics began
 
     def start(self) -> None:
         """Find the model's initial configuration, by direct solvers if the chosen ones fail.
@@ -46,6 +51,7 @@ class Recovery:
         Raises:
             ComputationError: There is none, or a value is not finite.
         """
+        self._good = None
         try:
             self.model.start()
         except ComputationError as error:
@@ -61,13 +67,20 @@ class Recovery:
             record["helped"] = True
         check_finite(self.model)
 
+    def resume(self, retries: list[dict[str, Any]]) -> None:
+        """Go on with a model that was restored, after these retries."""
+        self.retries, self._good = retries, None
+
     def step(self, end: float) -> None:
         """Advance the model to the time ``end``.
 
         Raises:
             ComputationError: No remedy helped. The model is then at its last good state.
         """
-        good = self.model.state()
+        if self._good is None or self.model.in_step:
+            self._good = self.model.state()
+        good = self._good
+        steps = self.model.steps + 1
         try:
             self.model.step(end)
             check_finite(self.model)
@@ -82,24 +95,27 @@ class Recovery:
             self.retries.append(record)
             log.warning("step from t = %.6g failed (%s); trying %s", good["time"], first.reason, remedy[0])
             try:
-                self._carefully(good, end, *remedy[1:])
+                self._carefully(good, end, steps, *remedy[1:])
             except ComputationError:
                 continue
             record["helped"] = True
+            self._good = None
             return
         self.model.restore(good)
         raise first if first.time is not None else first.at(good["time"])
 
-    def _carefully(self, good: State, end: float, pieces: int, fresh: bool, direct: bool) -> None:
+    def _carefully(self, good: State, end: float, steps: int, pieces: int, fresh: bool, direct: bool) -> None:
+        """Take all steps from the good state in pieces, with mechanics in each."""
         model, start = self.model, good["time"]
+        count = pieces * (steps - good["steps"])
         if fresh:
             for part in self._parts():
                 part.solver.forget()
         with self._direct_solvers() if direct else nullcontext():
-            for piece in range(1, pieces + 1):
-                model.step(end if piece == pieces else start + (end - start) * piece / pieces)
+            for piece in range(1, count + 1):
+                model.step(end if piece == count else start + (end - start) * piece / count, mechanics=True)
                 check_finite(model)
-        model.steps = good["steps"] + 1
+        model.steps = steps
 
     def _parts(self) -> list[Any]:
         parts: tuple[Any, ...] = (self.model.potential, self.model.mechanics)
@@ -119,20 +135,22 @@ def check_finite(model: Electromechanics) -> None:
     Raises:
         ComputationError: There is one, with the place.
     """
-    functions = list(model.potential.fields)
-    if model.mechanics is not None:
-        functions.append(model.mechanics.u)
+    space = model.potential.v.function_space
+    fields = [(name, space, values) for name, values in model.potential.field_values().items()]
+    if model.mechanics is not None and model.activation is not None:
+        fields.append(("activation", space, model.activation.values))
+        fields.append(("displacement", model.mechanics.u.function_space, model.mechanics.u.x.array))
     comm = lasting(model.potential.body.comm)
     # A sum is finite if all its terms are, but for an overflow, which is a failure too.
-    fine = all(np.isfinite(function.x.array.sum()) for function in functions)
+    fine = all(np.isfinite(values.sum()) for _, _, values in fields)
     if comm.allreduce(bool(fine), op=MPI.LAND):
         return
-    for function in functions:
-        if comm.allreduce(bool(np.isfinite(function.x.array.sum())), op=MPI.LAND):
+    for name, space, values in fields:
+        if comm.allreduce(bool(np.isfinite(values.sum())), op=MPI.LAND):
             continue
-        where = place_of_largest(function.function_space, function.x.array)
+        where = place_of_largest(space, values)
         raise ComputationError(
-            f"the {function.name} is no longer finite near {where}",
+            f"the {name} is no longer finite near {where}",
             time=model.time,
             where=where,
             advice="a smaller time step.",

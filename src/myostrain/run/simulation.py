@@ -19,9 +19,10 @@ from myostrain.output.fields import FieldName, FieldWriter
 from myostrain.output.folder import on_first, prepare, write_json
 from myostrain.output.probes import ActivationTimes, Probes
 from myostrain.output.table import MeasureTable, ProbeTable
-from myostrain.run.checkpoint import Checkpoints, file_digests
+from myostrain.run.checkpoint import Checkpoints
 from myostrain.run.interrupts import Interrupts
 from myostrain.run.retries import Recovery, check_finite
+from myostrain.run.schedule import Callback, Schedule, callbacks
 from myostrain.state import State
 
 log = logging.getLogger("myostrain")
@@ -38,24 +39,6 @@ class Progress(Protocol):
         ...
 
 
-class Schedule:
-    """Every so many steps, and at the last one.
-
-    Args:
-        interval: Simulated time between two; None for never but at the last step.
-        step: Time step.
-        last: Number of the last step.
-    """
-
-    def __init__(self, interval: float | None, step: float, last: int) -> None:
-        self.every = last if interval is None else max(1, round(interval / step))
-        self._last = last
-
-    def due(self, step: int) -> bool:
-        """Whether it is time after so many steps."""
-        return step % self.every == 0 or step == self._last
-
-
 class Simulation:
     """Steps a model from time 0 to ``end``, observes it and writes a result folder.
 
@@ -70,13 +53,16 @@ class Simulation:
         probes: Material points by name, at which activation times are taken and values recorded.
         every: Simulated time between written fields; None for a sixtieth of the run.
         fields: Which fields to write.
+        on_step: What is called while the run goes on: functions of this simulation, called at the start and
+            after every step, or a :class:`Callback` with an interval. Like what is written, it sees potential
+            and body of one time.
         ellipticity: "warn" looks for a loss of ellipticity of a solid where it is measured.
         checkpoint_every: Simulated time between checkpoints; None for none by simulated time.
         checkpoint_seconds: Seconds of wall clock between checkpoints, longer where one takes over a fiftieth
             of that; infinity for none by the clock.
         force: Whether results of an earlier run in ``out`` may be removed.
         resume: Whether to go on from the last checkpoint in ``out``; from time 0 if there is none.
-        case: What ran, for the record: name and parameters, and the files it is from, by key.
+        case: What ran, for the record: name and parameters.
         setup_seconds: Seconds that building the model took, for the record.
 
     Raises:
@@ -94,6 +80,7 @@ class Simulation:
         probes: Mapping[str, Sequence[float]] | None = None,
         every: float | None = None,
         fields: Sequence[FieldName] = ("potential", "states", "displacement", "stress_trace"),
+        on_step: Sequence[Callback | Callable[[Simulation], None]] = (),
         ellipticity: Literal["off", "warn"] = "off",
         checkpoint_every: float | None = None,
         checkpoint_seconds: float = CHECKPOINT_SECONDS,
@@ -118,12 +105,13 @@ class Simulation:
         if step > end:
             raise InputError(f"{step} is longer than the whole run, time.end = {end}", "time.step")
         self.model, self.end = model, end
-        self.steps = max(1, math.ceil(end / step - 1e-9))
+        # Whole turns of mechanics: the run ends with potential and body of one time.
+        turn = model.every
+        self.steps = turn * max(1, math.ceil(end / (step * turn) - 1e-9))
         self.step = end / self.steps
         self._case = dict(case or {"name": "script", "parameters": {}})
         self._setup = setup_seconds
         self._comm = lasting(model.potential.body.comm)
-        self._files = file_digests(self._case.pop("files", {}), self._comm)
         self.probes = Probes(model.potential.v.function_space, probes or {})
         self.out = None if out is None else Path(out)
         self._lock = None
@@ -131,10 +119,32 @@ class Simulation:
             self._lock = prepare(self.out, force=force, resume=resume, comm=self._comm)
         self._resume = resume and out is not None
         self._fields, self._ellipticity = tuple(fields), ellipticity == "warn"
-        self._fields_due = Schedule(end / 60 if every is None else every, self.step, self.steps)
-        self._probes_due = Schedule(end / 1000, self.step, self.steps)
+        self._fields_due = Schedule(end / 60 if every is None else every, self.step, self.steps, turn)
+        self._probes_due = Schedule(end / 1000, self.step, self.steps, turn)
         self._checkpoints_due = Schedule(checkpoint_every, self.step, self.steps)
+        if every is not None and self._fields_due.rounded:
+            log.warning(
+                "output.every = %g is no whole number of the steps that solve mechanics (%g); it is %g",
+                every,
+                self.step * turn,
+                self._fields_due.interval,
+            )
+        self._callbacks = [
+            (
+                each.call,
+                Schedule(self.step if each.every is None else each.every, self.step, self.steps, turn),
+            )
+            for each in callbacks(on_step)
+        ]
+        self._ran = False
         self._clock = _CheckpointClock(checkpoint_seconds)
+
+    def __repr__(self) -> str:
+        """What runs, how far, and where to."""
+        return (
+            f"Simulation({self.model!r}, step={self.step:.6g}, end={self.end:.6g}, steps={self.steps}, "
+            f"out={None if self.out is None else str(self.out)!r})"
+        )
 
     def close(self) -> None:
         """Give the result folder back; :meth:`run` does so at its end."""
@@ -166,11 +176,16 @@ class Simulation:
     def _run(self, progress: Progress | None, finish: Any, interrupts: Interrupts) -> dict[str, Any]:
         begin = time.perf_counter()
         model, out = self.model, self.out
+        if self._ran and out is not None:
+            raise InputError(
+                f"this simulation has written {out}; make another one, with another folder", "out"
+            )
+        self._ran = True
         self._output_seconds = self._checkpoint_seconds = 0.0
         recovery = Recovery(model)
         checkpoints = None if out is None else Checkpoints(out, _spaces(model))
         saved = self._saved(checkpoints)
-        activation = ActivationTimes(model.potential.v, self.probes)
+        activation = ActivationTimes(model.potential.v, self.probes, model.potential.threshold)
         if saved is None:
             try:
                 recovery.start()
@@ -180,7 +195,7 @@ class Simulation:
         else:
             model.restore(saved["model"])
             activation.restore(saved["activation"])
-            recovery.retries = saved["retries"]
+            recovery.resume(saved["retries"])
         setup = time.perf_counter() - begin + self._setup
         before = 0.0 if saved is None else saved["seconds"]  # spent before this process began
         first = model.steps
@@ -188,7 +203,6 @@ class Simulation:
         def state() -> State:
             return {
                 "case": self._case["parameters"],
-                "files": self._files,
                 "versions": versions(),
                 "step": self.step,
                 "model": model.state(),
@@ -214,17 +228,19 @@ class Simulation:
                 writer.truncate(first if saved is not None else -1)
             if saved is None:
                 self._write(writer, rows, measures, 0)
+                self._call(0)
             for number in range(first + 1, self.steps + 1):
                 start = model.time
                 recovery.step(number * self.step)
                 activation.observe(start, model.time)
                 self._write(writer, rows, measures, number)
+                self._call(number)
                 if progress is not None:
                     progress.update(number, model.time)
                 self._pause(number, checkpoints, state, interrupts)
             orderly = True
             if writer is not None:
-                writer.close(activation.nodes)
+                writer.close(activation.beats())
         except ComputationError as error:
             failure = self._failed(error, checkpoints, state)
             if writer is not None and not orderly:
@@ -266,12 +282,6 @@ class Simulation:
                 "anew into another folder",
                 "--resume",
             )
-        for key, digest in saved.get("files", {}).items():
-            if self._files.get(key) != digest:
-                raise InputError(
-                    "the file was changed since the checkpoint; put it back, or run anew into another folder",
-                    key,
-                )
         log.info("resumed at t = %.6g, step %d", saved["model"]["time"], saved["model"]["steps"])
         return saved
 
@@ -324,9 +334,14 @@ class Simulation:
             rows.add()
         self._output_seconds += time.perf_counter() - begin
 
+    def _call(self, number: int) -> None:
+        for call, schedule in self._callbacks:
+            if schedule.due(number):
+                call(self)
+
     def _results(
         self,
-        activation: dict[str, float | None],
+        activation: dict[str, list[float]],
         setup: float,
         total: float,
         retries: list[dict[str, Any]],
@@ -334,6 +349,7 @@ class Simulation:
         model = self.model
         mechanics = model.mechanics.seconds if model.mechanics is not None else 0.0
         positions = dict(zip(self.probes.names, self.probes.positions.tolist(), strict=True))
+        metrics, notes = summary.metrics(model, self.probes, activation)
         return {
             "case": self._case["name"],
             "completed": True,
@@ -347,11 +363,17 @@ class Simulation:
                 "order": model.scheme.order,
             },
             "tolerances": summary.tolerances(model),
-            "metrics": summary.metrics(model, self.probes, activation),
+            "metrics": metrics,
+            "notes": notes,
             "probes": {
-                name: {"position": positions[name], "activation_time": activation[name]}
+                name: {
+                    "position": positions[name],
+                    "activation_time": next(iter(activation[name]), None),
+                    "activation_times": activation[name],
+                }
                 for name in self.probes.names
             },
+            "output": {"every": self._fields_due.interval, "probes_every": self._probes_due.interval},
             "solver": summary.solver_counts(model),
             "seconds": {
                 "total": total,

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
-from myostrain.output.folder import read_regular
 from myostrain.output.snapshots import Snapshots
 
 import numpy as np
@@ -95,28 +94,22 @@ class Recording:
         return self.points + self.field("displacement", frame) if self.has("displacement") else self.points
 
     def activation(self) -> Array | None:
-        """Activation times (n,) of the nodes, NaN for never; None if the run did not get that far.
-
-        Nodes at which the initial potential is 0.5 or more are active from the first frame on.
-        """
-        times = self._snapshots.activation()
-        if times is not None and self.has("potential"):
-            times[self.field("potential", 0) >= 0.5] = self.time[0]
-        return times
+        """First activation times (n,) of the nodes, NaN for never; None if the run did not get that far."""
+        return self._snapshots.activation()
 
     def probe_histories(self, quantity: str) -> tuple[Array, dict[str, Array]]:
         """Times (samples,) and, by probe name, values (samples,) of one quantity, from ``probes.csv``."""
         path = self.folder / "probes.csv"
         if not path.exists():
             return np.empty(0), {}
+        with path.open(newline="", encoding="utf-8") as stream:
+            header, *rows = list(csv.reader(stream)) or [[]]
+        whole = [row for row in rows if len(row) == len(header)]
         try:
-            lines = read_regular(path).decode().splitlines()
-            header, *rows = list(csv.reader(lines)) or [[]]
-            whole = [row for row in rows if len(row) == len(header)]
             table = np.array(whole, dtype=float).reshape(len(whole), len(header)).T
             columns = dict(zip(header, table, strict=True))
             times = columns.pop("time")
-        except (OSError, ValueError, KeyError, csv.Error) as error:
+        except (ValueError, KeyError) as error:
             raise InputError(
                 f"{path} cannot be read as a table of numbers: {error}; remove it or repair it"
             ) from error
@@ -128,10 +121,6 @@ def _parsed(path: Path, parse: Any) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        found = parse(read_regular(path).decode())
-        parts = (found, found.get("metrics", {}), found.get("probes", {}))
-        if not all(isinstance(part, dict) for part in parts):
-            raise ValueError("it is no table of metrics and probes")
-    except (OSError, ValueError, AttributeError, RecursionError) as error:
+        return dict(parse(path.read_text(encoding="utf-8")))
+    except ValueError as error:
         raise InputError(f"{path} cannot be read: {error}; repair it or remove it") from error
-    return dict(found)

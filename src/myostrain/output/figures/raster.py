@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -33,7 +35,7 @@ def interpolated(
     count = np.clip(np.ceil(y2 - 0.5), 0, height).astype(np.int64) - first
     of = np.repeat(np.arange(len(corners)), count)
     row = _counted(first, count)
-    y: Array = row.astype(np.float64) + 0.5
+    y: Any = row + 0.5
     # A row crosses the long edge, from top to bottom, and one of the two others.
     upper = y < y1[of]
     long = _crossing(y, x0[of], y0[of], x2[of], y2[of])

@@ -79,7 +79,7 @@ def _model(
 ) -> ms.Electromechanics:
     """A small body with a smooth bump in its corner, iterated far below the errors in time."""
     held = None if stretch is None else ms.ImposedStretch(value=tuple(stretch), until=float("inf"))
-    common: dict[str, Any] = dict(law=ms.activation.Proportional(beta=BETA), imposed_stretch=held)
+    common: dict[str, Any] = dict(imposed_stretch=held)
     if body == "line":
         made = ms.build(ms.geometry.Line(length=40.0, spacing=1.0 if held is None else 0.25))
         mechanics = ms.Mechanics(
@@ -105,14 +105,15 @@ def _model(
         )
     potential = ms.Potential(
         made,
-        cell=ms.membranes.FitzHughNagumo(alpha=ALPHA, tau=TAU, A=RATE),
+        membrane=ms.membranes.FitzHughNagumo(alpha=ALPHA, tau=TAU, A=RATE),
         diffusivity=RATE,
         deformation=mechanics.deformation,
         options={"ksp_rtol": 1e-13},
     )
     X = potential.v.function_space.tabulate_dof_coordinates()[:, : made.dim]
     potential.v.x.array[:] = amplitude * np.exp(-((X / width) ** 2).sum(axis=1))
-    return ms.Electromechanics(potential, mechanics, scheme)
+    law = ms.activation.Proportional(beta=BETA)
+    return ms.Electromechanics(potential, mechanics, law=law, scheme=scheme)
 
 
 class _Energy:
@@ -135,7 +136,7 @@ class _Energy:
     @property
     def w(self) -> Array:
         """The recovery at the nodes."""
-        return np.asarray(self._model.potential.states["recovery"].x.array)
+        return self._model.potential.states[0]
 
     def J(self) -> tuple[Array, Array]:
         """Volume ratio at the nodes and in the cells; (4.3) on the line."""

@@ -276,15 +276,11 @@ def _coordinates(model: Electromechanics) -> Array:
 def _advance(model: Electromechanics, state: Array, step: float, end: float) -> Array:
     """Means of potential and states after a run from homogeneous ones."""
     potential = model.potential
-    potential.v.x.array[:] = state[0]
+    potential.v.x.array[:], potential.states[:] = state[0], state[1:, None]
     model.start()
-    for function, value in zip(potential.states.values(), state[1:], strict=True):
-        function.x.array[:] = value
-    potential.past, potential.values = [], []
-    potential.accept(keep=1)
     for number in range(1, round(end / step) + 1):
         model.step(number * step)
-    return np.array([function.x.array.mean() for function in potential.fields])
+    return np.array([values.mean() for values in potential.field_values().values()])
 
 
 def _linearised(case: Case, state: Array) -> Array:
@@ -301,14 +297,14 @@ def _linearised(case: Case, state: Array) -> Array:
         return np.array([-case.cell.current(v, states), *case.cell.rates(v, states)])
 
     def amounts(values: Any) -> Any:
-        ratio = 1.0 if held else 1 + case.law.gamma(values[0])
+        ratio = 1.0 if held else 1 + case.law.activation((), {"potential": values[0]})
         return np.array([ratio * value for value in values])
 
     def derivative(f: Any) -> Array:
         columns = [f(state + 1j * COMPLEX_STEP * e).imag / COMPLEX_STEP for e in np.eye(n)]
         return np.array(columns, dtype=float).T
 
-    J = 1.0 if held else 1 + float(case.law.gamma(state[0]))
+    J = 1.0 if held else 1 + float(case.law.activation((), {"potential": state[0]}))
     conserved = case.potential.balance == "conservative"
     M = derivative(amounts) if conserved else J * np.eye(n)
     return np.linalg.solve(M, J * derivative(balances))

@@ -246,7 +246,7 @@ def volumes(mechanics: Mechanics) -> dict[str, float]:
     domain, kinematics = mechanics.body.mesh, mechanics.kinematics
     u = ufl.split(mechanics.u)[0] if kinematics.has_pressure else mechanics.u
     F = ufl.Identity(2) + ufl.grad(u)
-    Jo = 1 + mechanics.law.gamma(mechanics.v)
+    Jo = 1 + mechanics.activation
     J, wanted = ufl.det(kinematics.lift(F, Jo)), ufl.as_ufl(kinematics.volume_ratio(F, Jo))
     test = ufl.TestFunction(fem.functionspace(domain, ("DG", 0)))
     dx = ufl.dx(domain=domain, metadata={"quadrature_degree": 2})

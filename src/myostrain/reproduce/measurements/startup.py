@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from itertools import permutations
 from typing import Any
@@ -221,11 +220,11 @@ def bisect(fires: Callable[[float], bool], low: float, high: float, tolerance: f
 
 def _bump(case: ms.Case, model: ms.Electromechanics, shape: str, height: float) -> np.ndarray:
     """Nodal values of the bump."""
+    (initial,), space = case.initial, model.potential.v.function_space
     if shape == "gaussian":
-        X = model.potential.v.function_space.tabulate_dof_coordinates()[:, 0]
-        return np.asarray(height * np.exp(-((X / case.initial.radius) ** 2)))
-    dataclasses.replace(case.initial, potential=height).apply(model.potential)
-    return model.potential.v.x.array.copy()
+        X = space.tabulate_dof_coordinates()[:, 0]
+        return np.asarray(height * np.exp(-((X / initial.where.radius) ** 2)))
+    return np.asarray(height * initial.where.share(model.potential.body, space, "initial"))
 
 
 def _fires(case: ms.Case, model: ms.Electromechanics, v: np.ndarray) -> bool:
@@ -292,8 +291,10 @@ class _Contraction:
     def __init__(self, strain: Any) -> None:
         self.strain = strain
 
-    def gamma(self, v: Any) -> Any:
-        return self.strain
+    drivers = ("potential",)
+
+    def activation(self, states: Any, drivers: Any) -> Any:
+        return float(self.strain.value)
 
 
 def _driven_model(
@@ -316,16 +317,16 @@ def _driven_model(
         held = ms.ImposedStretch(value=tuple(drive["stretch"]), until=drive["until"])
     else:
         held = ms.ImposedStretch()
-    mechanics = ms.Mechanics(made, law=law, imposed_stretch=held, tolerance=1e-12, **own)
+    mechanics = ms.Mechanics(made, imposed_stretch=held, tolerance=1e-12, **own)
     model = ms.Potential(
         made,
-        cell=ms.membranes.FitzHughNagumo(recovery=recovery),
+        membrane=ms.membranes.FitzHughNagumo(recovery=recovery),
         diffusivity=100.0,
         deformation=mechanics.deformation,
         options={"ksp_rtol": 1e-13},
     )
     model.v.x.array[:] = potential
-    return ms.Electromechanics(model, mechanics, ms.SecondOrder()), strain
+    return ms.Electromechanics(model, mechanics, law=law), strain
 
 
 def _fibre_stretch(model: ms.Electromechanics) -> float:

@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
-from myostrain.activation import Fibre, Proportional
+from myostrain.activation import Fibre
 from myostrain.case.case import Case
 from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, fem, jit_options
@@ -35,9 +35,11 @@ class Rectified:
 
     beta: float
 
-    def gamma(self, v: Any) -> Any:
-        """Active strain for the potential v."""
-        return -self.beta * (v + abs(v)) / 2
+    drivers: ClassVar[tuple[str, ...]] = ("potential",)
+
+    def activation(self, states: Any, drivers: Any) -> Any:
+        """Active strain for the potential."""
+        return -self.beta * np.maximum(drivers["potential"], 0.0)
 
 
 def wave(case: Mapping[str, Any], probe: str, rectified: bool) -> Found:
@@ -190,10 +192,9 @@ def _viscous_stress(n: Array, gamma: Array, relaxation_time: float, mu: float) -
     _put(fields[()], gamma)
     solid = Solid(bulk_modulus=1.0)  # without a pressure
     body: Any = SimpleNamespace(mesh=mesh, dim=3, fibres=Microstructure(fields[3,]))
-    law: Any = SimpleNamespace(gamma=lambda v: fields[()])
-    equations = ActiveBody(body, solid, NeoHookean(mu), law, Fibre(), relaxation_time)
+    equations = ActiveBody(body, solid, NeoHookean(mu), Fibre(), relaxation_time)
     S = fem.Expression(
-        equations.viscous_stress(fields[3, 3], None), np.array([[0.5]]), jit_options=jit_options()
+        equations.viscous_stress(fields[3, 3], fields[()]), np.array([[0.5]]), jit_options=jit_options()
     )
 
     def stress(strain_rate: Array) -> Array:
@@ -226,13 +227,11 @@ def free_block(kinematics: str, size: float, relaxation_time: float, steps: int)
     """
     case = PlaneStress() if kinematics == "plane-stress" else PlaneStrain()
     share = 2 / 3 if kinematics == "plane-stress" else 1 / 2
-    beta = 0.5
     body = build(Rectangle(size=(2.0, 1.0), spacing=1.0), UniformFibres(direction=(1.0, 0.0)))
     mechanics = Mechanics(
         body,
         kinematics=case,
         material=NeoHookean(1.0),
-        law=Proportional(beta),
         relaxation_time=relaxation_time,
         tolerance=1e-11,
     )
@@ -243,7 +242,7 @@ def free_block(kinematics: str, size: float, relaxation_time: float, steps: int)
     active = -size * np.sin(np.pi * times) ** 2
     stretches = []
     for time, gamma in zip(times, active, strict=True):
-        mechanics.v.x.array[:] = -gamma / beta
+        mechanics.activation.x.array[:] = gamma
         mechanics.solve(time, order=2)
         mechanics.accept(time)
         F = np.eye(2) + np.asarray(expression.eval(body.mesh, np.array([0], dtype=np.int32))).reshape(2, 2)

@@ -1,0 +1,229 @@
+"""A law's states and its γ or tension at the nodes, over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from myostrain.activation.contracts import ActivationLaw, Array, Drivers, Yield
+from myostrain.engine import MPI, fem, lasting
+from myostrain.errors import InputError, nearest
+from myostrain.state import FieldState, State
+
+import numpy as np
+from ufl.core.expr import Expr
+
+
+class NodalActivation:
+    """Owns the states of an :class:`ActivationLaw` at the nodes, and advances them.
+
+    Args:
+        law: The law; checked here, so that a script's own fails at once and with a reason.
+        space: P1 space on whose nodes it lives.
+        drivers: What it may be driven by: functions without arguments that give present values, by name.
+        wanted: What the mechanics takes, "strain" or "tension".
+        factor: Factor on what the law yields, a number or (nodes,).
+
+    Raises:
+        InputError: Something is missing in the law, or of a wrong kind or shape; the message says what.
+
+    Attributes:
+        states: Present states, (states, nodes).
+        values: Present γ or tension, (nodes,).
+    """
+
+    def __init__(
+        self,
+        law: ActivationLaw,
+        space: fem.FunctionSpace,
+        drivers: Mapping[str, Callable[[], Any]],
+        wanted: Yield = "strain",
+        factor: float | Array = 1.0,
+    ) -> None:
+        _check(law, drivers, wanted)
+        self.law, self._space, self._factor = law, space, factor
+        self._sources = {name: drivers[name] for name in law.drivers}
+        self._size = len(fem.Function(space).x.array)
+        self._own = tuple(getattr(law, "states", ()))
+        self.states: Array = np.zeros((len(self._own), self._size))
+        self._accepted, self._accepted_drivers = self.states, {}  # type: tuple[Array, dict[str, Any]]
+        self.values: Array = np.zeros(self._size)
+
+    def drivers(self) -> dict[str, Any]:
+        """Copies of the present values of what drives the law."""
+        return {name: np.array(source(), dtype=float) for name, source in self._sources.items()}
+
+    def start(self) -> None:
+        """Take the initial states for the present drivers.
+
+        Raises:
+            InputError: What the law gives is not what it should be.
+        """
+        drivers = self.drivers()
+        if self._own:
+            found = _called(self.law, "initial_states", drivers)
+            if len(found) != len(self._own):
+                raise InputError(
+                    f"{type(self.law).__name__}.initial_states gives {len(found)} values for the states "
+                    f"{list(self._own)}; give one each",
+                    "activation.law",
+                )
+            for state, value in zip(self.states, found, strict=True):
+                state[:] = self._array(value, (self._size,), "initial_states", single=True)
+        self._evaluate(drivers)
+        self.accept()
+
+    def advance(self, step: float, order: int) -> None:
+        """Advance the accepted states by a step that ends at the present drivers, and evaluate.
+
+        Args:
+            step: Length of the step.
+            order: 1: the drivers are frozen at the end of the step; 2: at its middle.
+        """
+        after = self.drivers()
+        if self._own:
+            during = after
+            if order == 2:
+                during = {name: (value + self._accepted_drivers[name]) / 2 for name, value in after.items()}
+            found = _called(self.law, "advance", self._accepted, during, step)
+            self.states = self._array(found, self.states.shape, "advance")
+        self._evaluate(after)
+
+    def update(self) -> None:
+        """Evaluate for the present drivers, without a step of time."""
+        self._evaluate(self.drivers())
+
+    def feedback(self, potentials: Array) -> tuple[Array, Array] | None:
+        """γ over potentials, and how strongly J = 1 + γ answers to v: −v γ′/(1 + γ), each (n,).
+
+        None for a law that does not follow the potential at once: one with states, with other drivers, or
+        that yields a tension. Only there does the balance of J v change its kind with γ. The largest factor
+        counts.
+        """
+        if self._own or tuple(self.law.drivers) != ("potential",) or self.yields != "strain":
+            return None
+        none = np.zeros((0, len(potentials)))
+        found = _plain(
+            _called(self.law, "activation", none, {"potential": potentials}), type(self.law).__name__
+        )
+        most = lasting(self._space.mesh.comm).allreduce(float(np.max(self._factor)), op=MPI.MAX)
+        gamma = most * np.broadcast_to(found, potentials.shape)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            answer = -potentials * np.gradient(gamma, potentials, edge_order=2) / (1 + gamma)
+        return gamma, answer
+
+    @property
+    def yields(self) -> str:
+        """What the law yields, "strain" or "tension"."""
+        return str(getattr(self.law, "yields", "strain"))
+
+    def _evaluate(self, drivers: Drivers) -> None:
+        found = _called(self.law, "activation", self.states, drivers)
+        self.values = self._array(found, (self._size,), "activation", single=True) * self._factor
+
+    def accept(self) -> None:
+        """Take the present states as those of a finished step."""
+        self._accepted, self._accepted_drivers = self.states.copy(), self.drivers()
+
+    def _array(self, found: Any, shape: tuple[int, ...], method: str, single: bool = False) -> Array:
+        """What a method gives, as an array of a shape; a number is taken for all nodes where one may be."""
+        who = f"{type(self.law).__name__}.{method}"
+        array = _plain(found, who)
+        if array.shape != shape and not (single and array.shape == ()):
+            raise InputError(
+                f"{who} gives values of shape {array.shape}; wanted is {shape}, (states, nodes) or (nodes,)",
+                "activation.law",
+            )
+        return np.broadcast_to(array, shape).copy()
+
+    def state(self) -> State:
+        """States, γ or tension, and the drivers that the next step begins with."""
+
+        def kept(array: Array) -> FieldState:
+            return FieldState(self._space, array)
+
+        return {
+            "states": [kept(s) for s in self._accepted],
+            "values": kept(self.values),
+            "drivers": {
+                name: kept(value) if np.ndim(value) else float(value)
+                for name, value in self._accepted_drivers.items()
+            },
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        if self._own:
+            self.states = np.array([field.values for field in state["states"]])
+        self._accepted = self.states.copy()
+        self.values = state["values"].values.copy()
+        self._accepted_drivers = {
+            name: value.values if isinstance(value, FieldState) else np.asarray(value)
+            for name, value in state["drivers"].items()
+        }
+
+
+def _plain(found: Any, who: str) -> Array:
+    # NumPy would try to iterate a UFL scalar, for ever.
+    several = found if isinstance(found, (list, tuple)) else (found,)
+    symbolic = next((value for value in several if isinstance(value, Expr)), None)
+    if symbolic is not None:
+        raise InputError(
+            f"{who} gives a {type(symbolic).__name__} of UFL; a law gets and gives arrays of nodal values: "
+            "write it in NumPy",
+            "activation.law",
+        )
+    try:
+        return np.asarray(found, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{who} gives no array of real numbers: {error}", "activation.law") from None
+
+
+def _called(law: Any, method: str, *arguments: Any) -> Any:
+    try:
+        return getattr(law, method)(*arguments)
+    except (TypeError, ValueError, IndexError, KeyError, AttributeError) as error:
+        raise InputError(
+            f"{type(law).__name__}.{method} failed: {type(error).__name__}: {error}", "activation.law"
+        ) from error
+
+
+def _check(law: Any, known: Mapping[str, Any], wanted: str) -> None:
+    name = type(law).__name__ if not isinstance(law, type) else f"the class {law.__name__}"
+    key = "activation.law"
+    if isinstance(law, type):
+        raise InputError(f"{name} is no object: give {law.__name__}()", key)
+    if not callable(getattr(law, "activation", None)):
+        hint = (
+            "; `gamma(v)` of earlier versions is now `activation(states, drivers)`, on arrays: return the "
+            'same of drivers["potential"]'
+            if hasattr(law, "gamma")
+            else ""
+        )
+        raise InputError(
+            f"{name} is no activation law: it has no method activation(states, drivers){hint}", key
+        )
+    drivers: Any = getattr(law, "drivers", None)
+    states: Any = getattr(law, "states", ())
+    for what, names in (("drivers", drivers), ("states", states)):
+        texts = not isinstance(names, str) and isinstance(names, (tuple, list))
+        if not texts or not all(isinstance(n, str) for n in names):
+            raise InputError(f'{name}.{what} is {names!r}; give names, such as ("potential",)', key)
+        if len(set(names)) != len(names):
+            raise InputError(f"{name}.{what} has a name twice: {list(names)}", key)
+    for driver in drivers:
+        if driver not in known:
+            raise InputError(f"'{driver}' drives {name}, and nothing gives it; {nearest(driver, known)}", key)
+    if states:
+        for method in ("initial_states", "advance"):
+            if not callable(getattr(law, method, None)):
+                raise InputError(f"{name} has states, but no method {method}", key)
+    yields = getattr(law, "yields", "strain")
+    if yields not in ("strain", "tension"):
+        raise InputError(f'{name}.yields is {yields!r}; give "strain" or "tension"', key)
+    if yields != wanted:
+        raise InputError(
+            f"{name} yields a {yields}, and the mechanics takes a {wanted}: give Mechanics(active=...) a "
+            "deformation such as Fibre() for a strain, FibreTension() for a tension",
+            key,
+        )

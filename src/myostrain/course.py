@@ -1,0 +1,46 @@
+"""Values over simulated time: numbers, or points joined by straight lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Annotated
+
+from myostrain.errors import InputError
+from myostrain.validation import Finite
+
+import numpy as np
+from pydantic import AfterValidator
+
+
+def _ascending(course: float | tuple[tuple[float, float], ...]) -> float | tuple[tuple[float, float], ...]:
+    """Refuse points that are no function of time."""
+    if isinstance(course, Sequence):
+        times = [point[0] for point in course]
+        if not times or any(later <= earlier for earlier, later in pairwise(times)):
+            raise ValueError("give points [time, value] with ascending times")
+    return course
+
+
+Course = Annotated[Finite | tuple[tuple[Finite, Finite], ...], AfterValidator(_ascending)]
+"""A value over simulated time: a number, or points (time, value) joined by straight lines."""
+
+
+def check_course(course: Course, key: str) -> None:
+    """Refuse points that are no function of time.
+
+    Raises:
+        InputError: There is none, or their times do not ascend.
+    """
+    try:
+        _ascending(course)
+    except ValueError as error:
+        raise InputError(f"{error}, not {course}", key) from None
+
+
+def value_at(course: Course, time: float) -> float:
+    """The value at a time; before the first point and after the last one it is theirs."""
+    if not isinstance(course, Sequence):
+        return float(course)
+    times, values = np.array(course).T
+    return float(np.interp(time, times, values))

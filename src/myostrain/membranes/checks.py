@@ -1,0 +1,113 @@
+"""Whether an object is a membrane model, before the first step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from myostrain.errors import InputError
+from myostrain.membranes.linearly_implicit import with_slope
+
+import numpy as np
+
+KEY = "cell.model"
+
+#: Nodes of the sample on which a model is tried; not one of them is a likely threshold.
+SAMPLE = 7
+
+
+def check_membrane(membrane: Any) -> None:
+    """Refuse what is no membrane model, by its declarations and by a sample of its functions.
+
+    Raises:
+        InputError: Something is missing, has a wrong shape, or is not analytic; the message says which.
+    """
+    name = f"the class {membrane.__name__}" if isinstance(membrane, type) else type(membrane).__name__
+    if isinstance(membrane, type):
+        raise InputError(f"{name} is no object: give {membrane.__name__}()", KEY)
+    for method in ("resting_potential", "current"):
+        if not callable(getattr(membrane, method, None)):
+            raise InputError(f"{name} is no membrane model: it has no method {method}", KEY)
+    states = getattr(membrane, "states", ())
+    if isinstance(states, str) or not isinstance(states, Sequence):
+        raise InputError(f'{name}.states is {states!r}; give a sequence of names, such as ("recovery",)', KEY)
+    if not all(isinstance(s, str) and s for s in states) or len(set(states)) != len(states):
+        raise InputError(f"{name}.states is {list(states)}; give each state a name of its own", KEY)
+    if taken := set(states) & {"potential", "stretch", "time", "displacement", "activation"}:
+        raise InputError(f"{name}.states has '{taken.pop()}', which is the name of another field", KEY)
+    if states and not callable(getattr(membrane, "resting_states", None)):
+        former = " (initial_states of earlier versions)" if hasattr(membrane, "initial_states") else ""
+        raise InputError(f"{name} has states, but no method resting_states{former}", KEY)
+    low, high = _range(membrane, name)
+    rest = _called(membrane, "resting_potential")
+    if not np.ndim(rest) == 0 or not np.isfinite(rest):
+        raise InputError(f"{name}.resting_potential gives {rest!r}; give a number", KEY)
+    values = _called(membrane, "resting_states") if states else ()
+    if np.shape(values) != (len(states),) or not np.isfinite(np.asarray(values, dtype=float)).all():
+        raise InputError(
+            f"{name}.resting_states gives {values!r}; give a finite number for each of {list(states)}", KEY
+        )
+    calcium = getattr(membrane, "calcium", None)
+    if calcium is not None and calcium not in states:
+        raise InputError(f"{name}.calcium is '{calcium}', which is none of its states {list(states)}", KEY)
+    v = low + (high - low) * (np.arange(SAMPLE) + 0.5377) / SAMPLE
+    present = np.tile(np.asarray(values, dtype=float).reshape(-1, 1), SAMPLE)
+    _sampled(membrane, name, "current", v, present, ())
+    if states:
+        if not callable(getattr(membrane, "rates", None)):
+            raise InputError(f"{name} has states, but no method rates", KEY)
+        found = _called(membrane, "rates", v, present)
+        if not hasattr(found, "__len__") or len(found) != len(states):
+            count = len(found) if hasattr(found, "__len__") else "one value"
+            raise InputError(f"{name}.rates gives {count} for the states {list(states)}; give one each", KEY)
+        for index in range(len(states)):
+            _sampled(membrane, name, "rates", v, present, (index,))
+
+
+def _range(membrane: Any, name: str) -> tuple[float, float]:
+    found = getattr(membrane, "range", (0.0, 1.0))
+    if np.shape(found) != (2,) or not np.isfinite(found).all() or not found[0] < found[1]:
+        raise InputError(f"{name}.range is {found!r}; give (lowest, highest) potential to expect", KEY)
+    threshold = getattr(membrane, "threshold", 0.5)
+    if not found[0] < threshold < found[1]:
+        raise InputError(f"{name}.threshold is {threshold!r}; give a potential within {tuple(found)}", KEY)
+    return float(found[0]), float(found[1])
+
+
+def _sampled(membrane: Any, name: str, method: str, v: Any, states: Any, picked: tuple[int, ...]) -> None:
+    """Try a function on a sample: shapes, and whether the complex step gives its derivative in v."""
+
+    def function(at: Any) -> Any:
+        found = _called(membrane, method, at, states)
+        for index in picked:
+            found = found[index]
+        return found
+
+    found = function(v)
+    what = f"{name}.{method}" + "".join(f"[{i}]" for i in picked)
+    if np.shape(found) not in ((), v.shape):
+        raise InputError(
+            f"{what} gives values of shape {np.shape(found)} for {len(v)} nodes; give one a node", KEY
+        )
+    shift = 1e-6 * (v[-1] - v[0])
+    with np.errstate(all="ignore"):
+        slope = np.broadcast_to(with_slope(function, v)[1], v.shape)
+        differences = np.broadcast_to((function(v + shift) - function(v - shift)) / (2 * shift), v.shape)
+    scale = np.abs(differences).max(initial=0.0)
+    # A jump within the shift would make one sample differ, what is not analytic makes many.
+    wrong = np.abs(slope - differences) > 1e-3 * scale + 1e-9
+    if np.isfinite(differences).all() and wrong.sum() > 1:
+        raise InputError(
+            f"{what} is not analytic: its derivative by the complex step is not that by differences; abs and "
+            "conjugates are not allowed, comparisons and numpy.where are",
+            KEY,
+        )
+
+
+def _called(membrane: Any, method: str, *arguments: Any) -> Any:
+    try:
+        return getattr(membrane, method)(*arguments)
+    except (TypeError, ValueError, IndexError, KeyError, AttributeError) as error:
+        raise InputError(
+            f"{type(membrane).__name__}.{method} failed: {type(error).__name__}: {error}", KEY
+        ) from error

@@ -1,1 +1,0 @@
-"""Figure 1: a pulse on the rigid and on the contracting line."""

@@ -1,1 +1,0 @@
-"""Section 7: the contracting sheet of figure 3."""

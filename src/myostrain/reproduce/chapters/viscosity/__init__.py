@@ -1,1 +1,0 @@
-"""Section 4.2: a pulse on the viscoelastic line."""

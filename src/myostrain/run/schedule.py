@@ -1,0 +1,60 @@
+"""When something is due: every so much simulated time, in whole numbers of steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+class Schedule:
+    """Every so many steps, and at the last one.
+
+    Where mechanics is solved every few steps, only those steps count: what is written is of one time.
+
+    Args:
+        interval: Simulated time between two; None for never but at the last step.
+        step: Time step.
+        last: Number of the last step.
+        unit: Steps between two at which something can be due.
+
+    Attributes:
+        every: Steps between two.
+        interval: Simulated time between two as it is, a whole number of steps; what was asked for is rounded.
+    """
+
+    def __init__(self, interval: float | None, step: float, last: int, unit: int = 1) -> None:
+        self._asked = interval
+        self.every = last if interval is None else unit * max(1, round(interval / (step * unit)))
+        self.interval = self.every * step
+        self._last = last
+
+    @property
+    def rounded(self) -> bool:
+        """Whether the interval is another one than was asked for."""
+        return self._asked is not None and abs(self.interval - self._asked) > 1e-6 * self._asked
+
+    def due(self, step: int) -> bool:
+        """Whether it is time after so many steps."""
+        return step % self.every == 0 or step == self._last
+
+
+@dataclass(frozen=True)
+class Callback:
+    """Something to be called while a run goes on.
+
+    Args:
+        call: Is given the simulation, at the start and after steps; its model has the present state.
+        every: Simulated time between two calls; None for every step.
+    """
+
+    call: Callable[[Any], None]
+    every: float | None = None
+
+
+def callbacks(given: Sequence[Callback | Callable[[Any], None]]) -> list[Callback]:
+    """What a script gives, functions or callbacks, as callbacks."""
+    return [each if isinstance(each, Callback) else Callback(each) for each in given]

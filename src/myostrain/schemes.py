@@ -1,0 +1,130 @@
+"""Schemes: the order of the sub-steps of a coupled step, each on one page."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Protocol
+
+from myostrain.errors import ComputationError
+from myostrain.solvers.linear import largest
+from myostrain.validation import Count, Positive, description
+
+#: Largest −v γ′/(1 + γ) for which an extrapolated body is stable where J follows v (2/3, with a margin).
+STRONG = 0.66
+
+
+class Scheme(Protocol):
+    """One way to advance a :class:`~myostrain.Electromechanics` by a step."""
+
+    order: ClassVar[int]
+    """Order of the scheme in the time step, measured by a test."""
+
+    def advance(self, model: Any, start: float, end: float) -> None:
+        """Advance the model from time ``start`` to ``end``."""
+        ...
+
+
+@description
+class Implicit:
+    """The paper's scheme (section 7): first-order implicit, the coupling by fixed-point iteration.
+
+    Each iteration advances the activation for the potential's iterate, solves mechanics, and then the
+    potential, with its reaction linearised about the iterate, on that body; until the potential changes by
+    less than ``tolerance``.
+
+    Args:
+        tolerance: Largest change of v between iterations at which to stop, in units of v.
+        max_iterations: Iterations a step may take.
+    """
+
+    tolerance: Positive = 1e-8
+    max_iterations: Count = 60
+    order: ClassVar[int] = 1
+
+    def advance(self, model: Any, start: float, end: float) -> None:
+        """One step, iterated to ``tolerance``."""
+        self.iterate(model, start, end, order=1)
+
+    def iterate(self, model: Any, start: float, end: float, order: int) -> None:
+        """One step by backward differences of an order, from the potential extrapolated to it."""
+        potential, mechanics = model.potential, model.mechanics
+        weights = model.weights(end, order)
+        guess = model.extrapolated_potential(end, order).copy()
+        for iteration in range(self.max_iterations):
+            if mechanics is not None:
+                potential.v.x.array[:] = guess
+                model.iterate_mechanics(start, end, order, first=iteration == 0)
+            potential.solve(end, guess, weights)
+            model.coupling_iterations += 1
+            change = largest(potential.v.x.array - guess, potential.body.comm)
+            guess[:] = potential.v.x.array
+            if change <= self.tolerance:
+                break
+        else:
+            raise ComputationError(
+                f"the coupling did not converge in {self.max_iterations} fixed-point iterations "
+                f"(last change of v {change:.3g}, wanted {self.tolerance:.3g})",
+                advice="a smaller time step.",
+            )
+        model.accept(end, order)
+        if mechanics is not None:
+            model.accept_mechanics(end)
+
+
+@description
+class Staggered:
+    """First-order, one pass a step: potential on the last known body, activation, then mechanics.
+
+    Args:
+        every: Potential steps between solves of mechanics.
+    """
+
+    every: Count = 1
+    order: ClassVar[int] = 1
+
+    def advance(self, model: Any, start: float, end: float) -> None:
+        """One step."""
+        potential = model.potential
+        potential.solve(end, potential.v.x.array.copy(), model.weights(end, 1))
+        model.advance_activation(start, end, order=1)
+        model.accept(end, order=1)
+        if model.mechanics is not None and model.solves_mechanics:
+            model.solve_mechanics(end, order=1, handed_over=0)
+            model.hand_over(end)
+
+
+@description
+class SecondOrder:
+    """Second order, one pass a step: BDF2, reaction linearised about an extrapolation, extrapolated body.
+
+    The potential is solved on the body extrapolated from the last two solves of mechanics, then the
+    activation with its drivers at the middle of the step, and mechanics every N steps. Where J = 1 by
+    construction the body is handed over once for the N steps, at their mean time: what the first of them
+    has too much the last has too little. The first step, and the one after a released stretch, are of first
+    order, which costs no order.
+
+    Where J follows the potential strongly, −v γ′/(1 + γ) > 2/3 over the membrane's range (γ = −βv and v up to
+    1: β > 0.4), an extrapolated body is unstable; there each step is iterated as in :class:`Implicit`.
+
+    Args:
+        every: Potential steps N between solves of mechanics.
+    """
+
+    every: Count = 1
+    order: ClassVar[int] = 2
+
+    def advance(self, model: Any, start: float, end: float) -> None:
+        """One step."""
+        potential, mechanics = model.potential, model.mechanics
+        if model.feedback > STRONG:
+            Implicit().iterate(model, start, end, order=2)
+            return
+        if mechanics is not None and not mechanics.held(start):
+            first = model.steps % self.every == 0
+            if first or not potential.isochoric:
+                ahead = (self.every + 1) / 2 if potential.isochoric else 1
+                model.hand_over(start + ahead * (end - start), order=1)
+        potential.solve(end, model.extrapolated_potential(end, 2), model.weights(end, 2))
+        model.advance_activation(start, end, order=2)
+        model.accept(end, order=2)
+        if mechanics is not None and model.solves_mechanics:
+            model.solve_mechanics(end, order=2, handed_over=1)
