@@ -1,4 +1,4 @@
-"""Figure 1, a pulse on the contracting line: `pulse-1d` against finite differences and model.md's table.
+"""Figure 1, a pulse on the contracting line: `pulse-1d` against finite differences.
 
 The line is shorter than the case's and the probes are nearer, as the reference's are; the pulse has settled.
 """
@@ -66,7 +66,7 @@ def table():
 
 @pytest.mark.parametrize("row", list(ROWS))
 def test_rows_agree_with_finite_differences(table, row):
-    """model.md, "Measured": celerity, widths in X and x and the extremes of v, on the same nodes.
+    """Celerity, widths in X and x and the extremes of v, on the same nodes.
 
     Measured, relative: celerity 4e-5, widths 3e-4, extremes of v 4e-5.
     """
@@ -89,7 +89,8 @@ def test_rows_agree_with_finite_differences(table, row):
     ],
 )
 def test_ratios_to_the_rigid_line_are_those_of_the_table(table, row, celerity, width, extremes):
-    """model.md's table; the conservative pulse, the widest, is still 0.4 % wider here than farther along."""
+    """The ratios by finite differences; the conservative pulse, the widest, is still 0.4 % wider here than
+    farther along."""
     found, rigid = table[row][0], table["rigid"][0]
     assert found["celerity"] / rigid["celerity"] == pytest.approx(celerity, abs=0.006)
     assert found["width_spatial"] / rigid["width_spatial"] == pytest.approx(width, rel=0.01)
@@ -101,8 +102,8 @@ def test_ratios_to_the_rigid_line_are_those_of_the_table(table, row, celerity, w
 
 
 def test_what_the_paper_says_of_figure_1(table):
-    """The paper: "of order 10 %" faster and "about 25 %" shorter; model.md: not so by (4.6) at β = 0.3, whose
-    pulse is wider; so on a viscous line of λ ≈ 0.4 τ."""
+    """The paper: "of order 10 %" faster and "about 25 %" shorter. Not so by (4.6) at β = 0.3, whose
+    pulse is wider, but so on a viscous line of λ ≈ 0.4 τ."""
     rigid = table["rigid"][0]
     elastic, viscous = table["conservative"][0], table["viscous, 0.4 τ"][0]
     assert elastic["celerity"] / rigid["celerity"] > 1.2
@@ -114,7 +115,9 @@ def test_what_the_paper_says_of_figure_1(table):
 @pytest.mark.slow
 @pytest.mark.parametrize("row", list(ROWS))
 def test_rows_on_a_fine_mesh(table, row):
-    """model.md: on a fine mesh 47.0 and 15.6, "the ratios unchanged to a percent"; Δx = 0.25, Δt = 5e-4.
+    """On a fine mesh the rigid line has 47.0 and 15.6, the ratios are unchanged to a percent.
+
+    Δx = 0.25, Δt = 5e-4.
 
     Measured, relative: celerity 1e-5, widths 2e-5, extremes 7e-5; 1 % from those at Δx = 1.
     """

@@ -27,7 +27,7 @@ def reference(spacing, held):
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_at_the_papers_spacing_the_held_line_fires_and_the_coupled_one_does_not(scheme):
-    """Section 6 and model.md: v = 0.6 on −1 ≤ X ≤ 1, Δx = 1, decays coupled and fires, with peak 0.86, if
+    """Section 6: v = 0.6 on −1 ≤ X ≤ 1, Δx = 1, decays coupled and fires, with peak 0.86, if
     held at x′ = 1 for 0 < t < 0.01.
 
     Measured: the peaks are off the finite differences' 0.8624 by 4e-4 (implicit), 1.3e-3 (staggered), 1e-6.
@@ -44,7 +44,7 @@ def test_at_the_papers_spacing_the_held_line_fires_and_the_coupled_one_does_not(
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_on_a_fine_mesh_the_same_bump_decays_in_both(scheme):
-    """model.md: "on a fine mesh that bump decays in both cases"; Δx = 0.25."""
+    """On a fine mesh the bump of figure 2 decays in both cases; Δx = 0.25."""
     fine = ("geometry.spacing=0.25", f"time.scheme={scheme}")
     assert peak(*fine, HELD) < 1e-3
     if scheme == "second-order":
@@ -81,8 +81,9 @@ def threshold(held, low=0.3, high=0.5, tolerance=1e-3):
 @pytest.mark.slow
 @pytest.mark.parametrize("held, expected", [(False, 0.433), (True, 0.375)])
 def test_window_of_the_effect(held, expected):
-    """model.md: "for a half-width of 2 the firing threshold is about 0.434 coupled and 0.377 held"; at
-    Δx = 0.25 the finite differences give 0.433 and 0.375, to the bisection's 1e-3."""
+    """The least height that fires for a half-width of 2, coupled and held, at Δx = 0.25.
+
+    By finite differences 0.433 and 0.375, to the bisection's 1e-3."""
     found = threshold(held)
     case = replace(STARTUP, radius=2.0, spacing=0.25, imposed_stretch=(1.0, 0.01) if held else None)
     assert found == pytest.approx(expected, abs=2e-3)

@@ -1,23 +1,26 @@
 """`myostrain reproduce` around its chapters: jobs and what is kept of them, verdicts, the page."""
 
 import contextlib
+import importlib
 import json
 import os
 import re
 import shutil
 import signal
 import subprocess
+import sys
 import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
 
 import myostrain as ms
 from myostrain.output.figures.style import new_figure
-from myostrain.reproduce import build, chapters, jobs, page
+from myostrain.reproduce import build, chapters, jobs, words
 from myostrain.reproduce.content import Chapter, Difference, Picture, Statement, Table
 from myostrain.reproduce.jobs import Found, Job, Store, run_jobs
-from myostrain.reproduce.verdict import Claim, claims, judge
+from myostrain.reproduce.verdict import Claim, claims, judge, paper
 
+import jinja2
 import numpy as np
 import pytest
 
@@ -39,7 +42,7 @@ CLAIM = Claim("faster", "section 6", "of order $10\\,\\%$ <b>", {"ratio": (1.05,
     ],
 )
 def test_a_verdict_follows_from_numbers_and_bounds(readings, kind, reading):
-    """Issue: "a verdict that the numbers don't bear out ... counts as not done": judge sees numbers alone."""
+    """A verdict is borne out by the numbers: judge sees nothing else."""
     verdict = judge(CLAIM, readings)
     assert (verdict.kind, verdict.reading) == (kind, reading)
     assert set(verdict.numbers) == {"ratio"}
@@ -64,6 +67,56 @@ def test_claims_are_whole(name):
     for entry in tomllib.loads(file.read_text(encoding="utf-8"))["measured"].values():
         assert entry["within"] > 0
         assert entry["settings"] in ("quick", "full")
+
+
+def test_chapters_are_alike():
+    """Each has the four parts, and its words name exactly the tables and pictures that it makes."""
+    folder = Path(chapters.__file__).parent
+    for name in chapters.names():
+        parts = {file.stem for file in (folder / name.replace("-", "_")).glob("*.py")}
+        assert parts == {"__init__", "jobs", "numbers", "text", "pictures"}
+        words, drawn = (
+            paper(name),
+            importlib.import_module(f"{chapters.__name__}.{name.replace('-', '_')}.pictures"),
+        )
+        assert words["pictures"].keys() == drawn.PICTURES.keys()
+        assert all(claim["measured"] for claim in words["claims"].values())
+    folders = {path.name.replace("_", "-") for path in folder.iterdir() if (path / "jobs.py").is_file()}
+    assert folders == set(chapters.names())
+
+
+@pytest.mark.parametrize(
+    "template, text",
+    [
+        ("{{ c|fixed(2) }} and {{ c|number }}", "1.26 and 1.26"),
+        (
+            "{{ c|more('faster', 'slower') }}, {{ (1 / c)|more('faster', 'slower') }}",
+            "26.0 % faster, 20.6 % slower",
+        ),
+        ("{{ c|change }}, {{ (1 / c)|change }}", "+26.0 %, −20.6 %"),
+        ("{{ (c / 100)|percent(1) }} of {{ large|thousands }}, {{ c|g }}", "1.3 % of 12,346, 1.26"),
+        ("{% if quick %}quick{% else %}full{% endif %} $\\frac{a}{b}$", "quick $\\frac{a}{b}$"),
+    ],
+)
+def test_templates(template, text):
+    """Numbers are put into words as the filters say; formulas are left alone."""
+    assert words.filled(template, {"c": 1.26, "large": 12345.6, "quick": True}) == text
+
+
+def test_a_template_that_names_no_number_is_an_error():
+    """A number that does not exist is never left out silently."""
+    with pytest.raises(jinja2.UndefinedError, match="celerity"):
+        words.filled("{{ celerity|fixed(2) }}", {})
+
+
+def test_without_the_libraries_of_the_page(tmp_path, monkeypatch):
+    """The extra `page` may be missing: exit status 2, and how to get it, before anything is computed."""
+    monkeypatch.setitem(sys.modules, "myostrain.reproduce.page", None)
+    monkeypatch.setitem(sys.modules, "latex2mathml.converter", None)
+    done = command_line("reproduce", "springs", "--out", tmp_path / "out")
+    assert done.status == 2
+    assert "pip install 'myostrain[page]'" in done.err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.fixture
@@ -92,7 +145,7 @@ def run(store, *numbers, **options):
 
 
 def test_outcomes_are_kept_under_parameters_and_code(tmp_path, counted, monkeypatch):
-    """Issue: "results are cached by resolved parameters": computed once; again for other parameters, other
+    """Outcomes are computed once; again for other parameters, other
     code, a damaged file, or when asked to; equal jobs of two chapters are computed once."""
     store = Store(tmp_path)
     first = run(store, 3)
@@ -149,7 +202,7 @@ def test_the_code_that_counts(tmp_path, monkeypatch):
     try:
         before = code()
         for file in (
-            "reproduce/chapters/viscosity.py",
+            "reproduce/chapters/viscosity/text.py",
             "output/figures/style.py",
             "reproduce/page.py",
             "reproduce/measurements/springs.py",
@@ -215,6 +268,7 @@ def example():
         return figure
 
     return Chapter(
+        "An example",
         "Text with $\\alpha\\beta < 1/2$ and <script>alert(1)</script>.",
         [statement],
         [table],
@@ -228,24 +282,14 @@ def example():
 def made(tmp_path, monkeypatch):
     """A folder made of the example alone."""
 
-    class Module:
-        TITLE = "An example"
-
-        @staticmethod
-        def jobs(quick):
-            return {}
-
-        @staticmethod
-        def chapter(found, quick):
-            return example()
-
-    monkeypatch.setattr(build.chapters, "module", lambda name: Module)
+    monkeypatch.setattr(build.chapters, "jobs", lambda name, quick: {})
+    monkeypatch.setattr(build.chapters, "chapter", lambda name, found, quick: example())
     numbers = build.reproduce(["springs"], tmp_path / "out", quick=True, store=tmp_path / "kept")
     return tmp_path / "out", numbers
 
 
 def test_the_page_stands_alone(made):
-    """Issue: "one self-contained HTML page (figures inside, equations rendered without a network)"."""
+    """One HTML page with everything inside: figures, and equations rendered without a network."""
     folder, _ = made
     text = (folder / "index.html").read_text(encoding="utf-8")
     parsed = Parsed(text)
@@ -267,7 +311,7 @@ def test_the_page_says_what_was_judged(made):
     folder, _ = made
     text = (folder / "index.html").read_text(encoding="utf-8")
     assert "does not agree: measured ratio 1.26 (the claim: 1.05 to 1.15)" in text
-    for words in (
+    for shown in (
         "1.235",
         "12345",
         "–",
@@ -276,7 +320,7 @@ def test_the_page_says_what_was_judged(made):
         "&lt;b&gt;",
         "an order",
     ):
-        assert words in text
+        assert shown in text
     assert "Quick settings" in text
     assert "myostrain reproduce springs --quick" in text
 
@@ -307,11 +351,11 @@ def test_the_numbers_file(made):
 )
 def test_numbers_as_shown(value, shown):
     """Three significant digits, a true minus, powers of ten for the very small and large."""
-    assert page.number(value) == shown
+    assert words.number(value) == shown
 
 
 def test_an_unknown_part(tmp_path):
-    """interface.md: exit status 2, one message with the nearest known name."""
+    """Exit status 2, one message with the nearest known name."""
     done = command_line("reproduce", "figure1", "--out", tmp_path / "out")
     assert done.status == 2
     assert "did you mean 'figure-1'" in done.err

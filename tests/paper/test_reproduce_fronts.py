@@ -152,7 +152,7 @@ def test_search_finds_the_fronts_of_the_closed_form_and_none_beyond():
 
 
 def test_a_line_that_is_not_parabolic_is_refused_with_the_reason():
-    """model.md, reading 8: β ≥ 1/2 is refused in the conservative balance, and only there."""
+    """(4.6) with β ≥ 1/2 is refused in the conservative balance, and only there (docs/model/readings.md)."""
     refused = fronts.refusal(resolved("front-1d", ["activation.beta=0.5"])).numbers
     assert refused["refused"] == 1
     assert "ill-posed" in refused["message"]

@@ -2,7 +2,7 @@
 
 import myostrain as ms
 from myostrain.geometry.ellipse import disk_of_rings
-from myostrain.reproduce.chapters.figure_3 import growth_rates
+from myostrain.reproduce.chapters.figure_3.numbers import growth_rates
 from myostrain.reproduce.measurements import sheets, triangles
 from myostrain.reproduce.measurements.cases import resolved
 

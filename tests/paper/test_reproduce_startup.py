@@ -1,6 +1,6 @@
 """The measurements of the start-up chapter, against what is known without them."""
 
-from myostrain.reproduce.chapters import startup as chapter
+from myostrain.reproduce.chapters.startup.jobs import MODES
 from myostrain.reproduce.measurements import energy, startup
 from myostrain.reproduce.measurements.cases import resolved
 
@@ -58,7 +58,7 @@ def test_bisection():
 def test_thresholds_are_those_of_finite_differences(mode):
     """Section 6: the least height of a bump of half-width 2 that fires, at the paper's Δx = 1, against the
     independent line; measured 0.368 and 0.327, the two programs 1e-3 apart or less."""
-    case = resolved("startup-1d", [*chapter.MODES[mode], "initial.radius=2.0", "time.scheme=second-order"])
+    case = resolved("startup-1d", [*MODES[mode], "initial.radius=2.0", "time.scheme=second-order"])
     found = startup.threshold(case, "step", 0.3, 0.4, 1e-3).numbers["threshold"]
     held = (1.0, 0.01) if mode == "held" else None
     other = Line(length=60.0, end=0.3, radius=2.0, sample=0.01, rtol=1e-6, atol=1e-8, probes=())

@@ -4,22 +4,14 @@ Each file there says what its chapter measured when it was last examined, with a
 convergence; what the numbers mean, and which equation of the paper they belong to, stands there too.
 """
 
-import tomllib
-from importlib import resources
-
 from myostrain.output.figures.style import style
 from myostrain.reproduce import chapters
 from myostrain.reproduce.build import plain_numbers
 from myostrain.reproduce.jobs import Store, run_jobs
 from myostrain.reproduce.page import outcome
-from myostrain.reproduce.verdict import claims
+from myostrain.reproduce.verdict import claims, paper
 
 import pytest
-
-
-def examined(name):
-    file = resources.files("myostrain.cases.paper") / f"{name}.toml"
-    return tomllib.loads(file.read_text(encoding="utf-8"))
 
 
 def at(numbers, path):
@@ -36,9 +28,9 @@ def at(numbers, path):
 
 
 def check(name, quick, folder):
-    module = chapters.module(name)
-    chapter = module.chapter(run_jobs(module.jobs(quick), Store(folder), workers=1), quick)
-    data = examined(name)
+    found = run_jobs(chapters.jobs(name, quick), Store(folder), workers=1)
+    chapter = chapters.chapter(name, found, quick)
+    data = paper(name)
     judged = {statement.claim.name: statement for statement in chapter.statements}
     # Every claim of the file is judged, and none else.
     assert judged.keys() == claims(name).keys() == data["verdicts"].keys()
@@ -53,6 +45,7 @@ def check(name, quick, folder):
         if abs(at(numbers, path) - m["value"]) > m["within"]
     }
     assert not off
+    assert quick or len(chapter.tables) == len(data["tables"])
     with style():
         for picture in chapter.pictures:
             picture.draw()
@@ -64,7 +57,7 @@ def test_chapter(name, tmp_path):
     """At the quick settings: verdicts, numbers, and its pictures can be drawn."""
     chapter = check(name, True, tmp_path)
     assert chapter.statements
-    assert any(m["settings"] == "quick" for m in examined(name)["measured"].values())
+    assert any(m["settings"] == "quick" for m in paper(name)["measured"].values())
 
 
 @pytest.mark.slow

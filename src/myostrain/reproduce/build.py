@@ -16,7 +16,6 @@ from myostrain.output.folder import write_atomically, write_json
 from myostrain.reproduce import chapters
 from myostrain.reproduce.content import Chapter
 from myostrain.reproduce.jobs import Store, run_jobs
-from myostrain.reproduce.page import html_page
 
 
 def reproduce(
@@ -44,23 +43,29 @@ def reproduce(
         What ``numbers.json`` holds.
 
     Raises:
-        InputError: A chapter does not exist, the folder cannot be written, or several processes were started.
+        InputError: A chapter does not exist, the folder cannot be written, several processes were started, or
+            the libraries of the page are missing.
         ComputationError: A computation failed.
     """
     names = _chosen(what)
     if MPI.COMM_WORLD.size > 1:
         raise InputError("start it without mpiexec: it runs computations side by side itself", "reproduce")
+    html_page = _page()
     out = Path(out)
     with writing(out):
         (out / "figures").mkdir(parents=True, exist_ok=True)
     begin = time.perf_counter()
-    modules = {name: chapters.module(name) for name in names}
-    jobs = {f"{name}: {job}": j for name, m in modules.items() for job, j in m.jobs(quick).items()}
-    found = run_jobs(jobs, Store(store), workers=workers, fresh=fresh, tell=tell)
+    jobs = {name: chapters.jobs(name, quick) for name in names}
+    found = run_jobs(
+        {f"{name}: {job}": one for name, own in jobs.items() for job, one in own.items()},
+        Store(store),
+        workers=workers,
+        fresh=fresh,
+        tell=tell,
+    )
     done: dict[str, Chapter] = {}
-    for name, module in modules.items():
-        own = {job: found[f"{name}: {job}"] for job in module.jobs(quick)}
-        done[name] = module.chapter(own, quick)
+    for name, own in jobs.items():
+        done[name] = chapters.chapter(name, {job: found[f"{name}: {job}"] for job in own}, quick)
     with style():
         for chapter in done.values():
             for picture in chapter.pictures:
@@ -69,9 +74,20 @@ def reproduce(
     numbers["seconds"] = round(time.perf_counter() - begin, 1)
     with writing(out):
         write_json(out / "numbers.json", numbers)
-        titles = {name: module.TITLE for name, module in modules.items()}
-        write_atomically(out / "index.html", html_page(done, titles, out / "figures", numbers))
+        write_atomically(out / "index.html", html_page(done, out / "figures", numbers))
     return numbers
+
+
+def _page() -> Callable[..., str]:
+    """What makes the page; its libraries are looked for before anything is computed."""
+    try:
+        from myostrain.reproduce.page import html_page
+    except ImportError as missing:
+        advice = "pip install 'myostrain[page]'; in a checkout, uv sync --extra page"
+        raise InputError(
+            f"the page needs {missing.name}, which is not here: {advice}", "reproduce"
+        ) from missing
+    return html_page
 
 
 def _chosen(what: Sequence[str]) -> list[str]:

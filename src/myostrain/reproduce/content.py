@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
-from myostrain.reproduce.jobs import Found, Job
+from myostrain.reproduce.jobs import Found
 from myostrain.reproduce.verdict import Claim, Numbers, Verdict, judge
 
 from matplotlib.figure import Figure
 
 #: Texts are Markdown, formulas between dollar signs.
 Text = str
+#: Cells of a table; numbers are shown with four digits, None as a dash.
+Rows = Sequence[Sequence[Text | float | int | None]]
 
 
 @dataclass(frozen=True)
@@ -42,12 +44,12 @@ class Table:
     Args:
         caption: What it shows: mesh, step, settings.
         head: Heads of the columns.
-        rows: Cells; numbers are shown with four digits, None as a dash.
+        rows: Its cells.
     """
 
     caption: Text
     head: Sequence[Text]
-    rows: Sequence[Sequence[Text | float | int | None]]
+    rows: Rows
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,7 @@ class Chapter:
     """One part of the page.
 
     Args:
+        title: Its title, with the paper's section.
         introduction: What the paper says, in our words, with its equations.
         statements: Judged claims.
         tables: Tables.
@@ -96,6 +99,7 @@ class Chapter:
         remarks: What else was seen, after the pictures.
     """
 
+    title: Text
     introduction: Text
     statements: Sequence[Statement]
     tables: Sequence[Table] = ()
@@ -105,16 +109,16 @@ class Chapter:
     remarks: Text = ""
 
 
-class ChapterModule(Protocol):
-    """What a module of :mod:`myostrain.reproduce.chapters` has."""
+@dataclass(frozen=True)
+class Measured:
+    """What the words, tables and pictures of a chapter are made of.
 
-    TITLE: str
-    """Its title, with the paper's section."""
+    Args:
+        found: Outcomes of its jobs by name.
+        numbers: Every number of the chapter, made of these.
+        quick: Whether at the quick settings.
+    """
 
-    def jobs(self, quick: bool) -> dict[str, Job]:
-        """The computations it needs, by names of its own."""
-        ...
-
-    def chapter(self, found: Mapping[str, Found], quick: bool) -> Chapter:
-        """The chapter, from the outcomes of its jobs."""
-        ...
+    found: Mapping[str, Found]
+    numbers: Mapping[str, Any]
+    quick: bool

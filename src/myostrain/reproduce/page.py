@@ -10,6 +10,7 @@ from typing import Any
 from myostrain.reproduce.chapters import names
 from myostrain.reproduce.content import Chapter, Statement
 from myostrain.reproduce.formulas import mathml
+from myostrain.reproduce.words import number
 
 import jinja2
 import numpy as np
@@ -25,14 +26,11 @@ BADGES = {
 }
 
 
-def html_page(
-    chapters: Mapping[str, Chapter], titles: Mapping[str, str], figures: Path, numbers: Mapping[str, Any]
-) -> str:
+def html_page(chapters: Mapping[str, Chapter], figures: Path, numbers: Mapping[str, Any]) -> str:
     """The whole page.
 
     Args:
         chapters: The chapters by name.
-        titles: Their titles.
         figures: Folder of the PNG files, which are put into the page.
         numbers: What ``numbers.json`` holds: settings and versions are shown.
     """
@@ -55,7 +53,6 @@ def html_page(
     flags = " --quick" if numbers["settings"] == "quick" else ""
     return environment.get_template("page.html.j2").render(
         chapters=chapters,
-        titles=titles,
         numbers=numbers,
         counts={kind: sum(kind == one for one in every) for kind in BADGES},
         flags=flags,
@@ -94,18 +91,6 @@ def cell(value: str | float | None) -> Markup:
     if isinstance(value, int):
         return Markup("%d") % value
     return Markup("%s") % number(value, digits=4)
-
-
-def number(value: float, digits: int = 3) -> str:
-    """A number with so many significant digits, very small and large ones with a power of ten."""
-    if value != 0 and not 1e-3 <= abs(value) < 1e5:
-        mantissa, power = f"{value:.1e}".split("e")
-        return f"{mantissa.replace('-', '−')} × 10{_raised(int(power))}"
-    return (f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}").replace("-", "−")
-
-
-def _raised(power: int) -> str:
-    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def outcome(statement: Statement) -> str:

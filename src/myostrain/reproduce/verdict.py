@@ -6,8 +6,9 @@ import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
-from typing import Literal
+from typing import Any, Literal
 
 Kind = Literal["agrees", "agrees with a reading", "does not agree"]
 
@@ -85,10 +86,15 @@ def _within(value: float | None, bounds: tuple[float, float]) -> bool:
     return value is not None and not math.isnan(value) and bounds[0] <= value <= bounds[1]
 
 
+@cache
+def paper(chapter: str) -> dict[str, Any]:
+    """What ``cases/paper/CHAPTER.toml`` holds: claims, words and what was examined last."""
+    file = resources.files("myostrain.cases.paper") / f"{chapter}.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8"))
+
+
 def claims(chapter: str) -> dict[str, Claim]:
     """The claims of a chapter by name, in the order of ``cases/paper/CHAPTER.toml``."""
-    file = resources.files("myostrain.cases.paper") / f"{chapter}.toml"
-    entries = tomllib.loads(file.read_text(encoding="utf-8"))["claims"]
     return {
         name: Claim(
             name,
@@ -97,5 +103,5 @@ def claims(chapter: str) -> dict[str, Claim]:
             {key: (float(low), float(high)) for key, (low, high) in entry["bounds"].items()},
             entry["because"],
         )
-        for name, entry in entries.items()
+        for name, entry in paper(chapter)["claims"].items()
     }

@@ -1,20 +1,16 @@
-"""What the start-up chapter computes: its bumps, meshes and experiments."""
+"""Energies, bumps by meshes and modes, and experiments with a homogeneous potential."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
 
+from myostrain.reproduce.chapters.settings import HELD, RIGID
 from myostrain.reproduce.jobs import Job
 from myostrain.reproduce.measurements.cases import resolved
 
-HOLD = "mechanics.imposed_stretch={value=1.0, until=0.01}"
 #: What the three lines are called and their settings.
-MODES: dict[str, list[str]] = {
-    "coupled": [],
-    "held": [HOLD],
-    "rigid": ["mechanics.imposed_stretch={value=1.0, until=inf}"],
-}
+MODES: dict[str, list[str]] = {"coupled": [], "held": [HELD], "rigid": [RIGID]}
 #: Families of the map: shape, spacing, sampling, whether there is recovery.
 FAMILIES = {
     "paper": ("step", 1.0, "nodal", True),
@@ -42,25 +38,12 @@ GRID: dict[bool, list[tuple[str, tuple[str, ...], tuple[float, ...]]]] = {
 }
 #: Heights between which the thresholds are looked for, up to these half-widths.
 BRACKETS: dict[str, dict[float, tuple[float, float]]] = {
-    "step": {
-        1: (0.45, 1.0),
-        2: (0.3, 0.5),
-        3: (0.22, 0.4),
-        4: (0.19, 0.32),
-        6: (0.16, 0.28),
-        10: (0.14, 0.22),
-        40: (0.13, 0.18),
-    },
-    "gaussian": {
-        2: (0.4, 0.7),
-        3: (0.3, 0.45),
-        5: (0.22, 0.33),
-        8: (0.17, 0.27),
-        12: (0.15, 0.23),
-        40: (0.14, 0.2),
-    },
+    "step": {1: (0.45, 1.0), 2: (0.3, 0.5), 3: (0.22, 0.4), 4: (0.19, 0.32), 6: (0.16, 0.28),
+             10: (0.14, 0.22), 40: (0.13, 0.18)},
+    "gaussian": {2: (0.4, 0.7), 3: (0.3, 0.45), 5: (0.22, 0.33), 8: (0.17, 0.27), 12: (0.15, 0.23),
+                 40: (0.14, 0.2)},
     "gaussian, w = 0": {3: (0.22, 0.28), 6.5: (0.15, 0.17), 20: (0.105, 0.12)},
-}
+}  # fmt: skip
 #: The half-widths at which the region of (5.2) is drawn.
 DENSE = [float(w) for w in (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 36, 40)]
 #: Last intervals of the bisections, with and without recovery, at the quick and at the full settings.
@@ -110,6 +93,11 @@ def entries(quick: bool) -> Iterator[tuple[str, str, float]]:
             yield from ((family, mode, width) for width in widths)
 
 
+def widths_of(family: str, quick: bool) -> list[float]:
+    """The half-widths of a family of the map, ascending."""
+    return sorted({width for name, _, width in entries(quick) if name == family})
+
+
 def _threshold_job(
     mode: str, family: tuple[str, float, str, bool], width: float, tolerance: float, *more: str, **end: float
 ) -> Job:
@@ -142,7 +130,7 @@ def jobs(quick: bool) -> dict[str, Job]:
         limit = tolerance if FAMILIES[family][3] else closer
         made[f"{family} {mode} {width:g}"] = _threshold_job(mode, FAMILIES[family], width, limit)
     for family, (shape, spacing, sampling, _) in FAMILIES.items():
-        widths = sorted({width for name, _, width in entries(quick) if name == family})
+        widths = widths_of(family, quick)
         settings = {"shape": shape, "spacing": spacing, "sampling": sampling}
         for name, chosen, contracted in (
             ("held", widths, False),
@@ -154,7 +142,7 @@ def jobs(quick: bool) -> dict[str, Job]:
             )
     made["sides"] = Job("startup.sides", {"spacings": SPACINGS, "height": 0.6, "width": 1.0}, 0.1)
     made["isochoric"] = Job("startup.isochoric", {"cells": 6, "largest": 1.3, "steps": 11}, 1.0)
-    held = resolved("startup-1d", [HOLD, "time.scheme=second-order"])
+    held = resolved("startup-1d", [HELD, "time.scheme=second-order"])
     made["least stretch"] = Job(
         "startup.least_stretch", {"case": held, "low": 0.7, "high": 1.0, "tolerance": tolerance}, 2.0
     )

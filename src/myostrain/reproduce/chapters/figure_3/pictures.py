@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from myostrain.output.figures.sheet import boundary_edges, isochrone_levels
@@ -17,8 +17,7 @@ from myostrain.output.figures.style import (
     extend,
     new_figure,
 )
-from myostrain.reproduce.chapters.figure_3_text import Words
-from myostrain.reproduce.content import Picture
+from myostrain.reproduce.content import Measured
 from myostrain.reproduce.jobs import Found
 from myostrain.reproduce.measurements.triangles import gradients, strains
 
@@ -30,52 +29,6 @@ from matplotlib.tri import Triangulation
 
 #: Ends of the axes: the body's rectangle and a little more.
 FRAME = {"xlim": (-6.0, 136.0), "ylim": (-6.0, 186.0), "aspect": "equal"}
-
-
-def all_pictures(found: Mapping[str, Found], said: Words) -> list[Picture]:
-    """The chapter's pictures."""
-    both = ("plane stress", "plane strain")
-    return [
-        Picture(
-            "figure-3",
-            said.caption("figure-3"),
-            "Potential and trace of the Cauchy stress on the deformed body, plane stress and plane strain.",
-            lambda: _pair([found["stress"], found["strain"]], both),
-        ),
-        Picture(
-            "figure-3-ratio-4",
-            said.caption("ratio-4"),
-            "The same with a diffusivity four times larger along the fibres than across.",
-            lambda: _pair([found["stress ratio 4"], found["strain ratio 4"]], both),
-        ),
-        Picture(
-            "figure-3-elastic",
-            said.caption("elastic"),
-            "The same with det Fe = 1 in place of J = 1.",
-            lambda: _pair([found["stress elastic"], found["strain elastic"]], both),
-        ),
-        Picture(
-            "figure-3-isochrones",
-            said.caption("isochrones"),
-            "Activation times of four runs as isochrones on the reference body.",
-            lambda: _isochrones(
-                [found[k] for k in ("rigid", "stress", "rigid ratio 4", "stress ratio 4")],
-                ("rigid, isotropic", "coupled, isotropic", "rigid, ratio 4", "coupled, ratio 4"),
-            ),
-        ),
-        Picture(
-            "figure-3-relevance",
-            said.caption("relevance"),
-            "Size of displacement and strain on the body; contours enclose where the pulse is not small.",
-            lambda: _relevance(found["stress"]),
-        ),
-        Picture(
-            "figure-3-pulses",
-            said.caption("pulses"),
-            "Potential over time at the sheet's centre, and on lines and strips.",
-            lambda: _pulses(found),
-        ),
-    ]
 
 
 def _body(
@@ -114,8 +67,10 @@ def _fibres(panel: Any) -> None:
     panel.text(3, 3, "fibres", fontsize=9, color="#444444")
 
 
-def _pair(runs: Sequence[Found], names: Sequence[str]) -> Figure:
+def _pair(what: str, measured: Measured) -> Figure:
     """Potential above, trace of the stress below, a column a run, one scale a row."""
+    runs = [measured.found[f"{kind}{what}"] for kind in ("stress", "strain")]
+    names = ("plane stress", "plane strain")
     figure = new_figure(7.2, 8.5, compress=True)
     panels = figure.subplots(2, len(runs), sharex=True, sharey=True, squeeze=False)
     traces = [run.arrays["stress_trace"] for run in runs]
@@ -138,7 +93,9 @@ def _pair(runs: Sequence[Found], names: Sequence[str]) -> Figure:
     return figure
 
 
-def _isochrones(runs: Sequence[Found], names: Sequence[str]) -> Figure:
+def _isochrones(measured: Measured) -> Figure:
+    runs = [measured.found[name] for name in ("rigid", "stress", "rigid ratio 4", "stress ratio 4")]
+    names = ("rigid, isotropic", "coupled, isotropic", "rigid, ratio 4", "coupled, ratio 4")
     figure = new_figure(7.2, 8.5, compress=True)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     levels = isochrone_levels(np.array([0.0, 3.0]))
@@ -160,7 +117,8 @@ def _isochrones(runs: Sequence[Found], names: Sequence[str]) -> Figure:
     return figure
 
 
-def _relevance(run: Found) -> Figure:
+def _relevance(measured: Measured) -> Figure:
+    run = measured.found["stress"]
     figure = new_figure(7.2, 5.0, compress=True)
     panels = figure.subplots(1, 2, sharex=True, sharey=True, squeeze=False)
     X, cells, u = run.arrays["X"], run.arrays["cells"].astype(int), run.arrays["u"]
@@ -182,16 +140,15 @@ def _relevance(run: Found) -> Figure:
             linewidths=1.2,
             zorder=4,
         )
-        bar = figure.colorbar(image, ax=panel, shrink=0.8, pad=0.02, location="bottom", extend="max")
-        bar.set_label(label)
-        bar.outline.set_visible(False)
+        _bar(figure, image, panel, label, location="bottom", extend="max")
     _axes(panels, "$x$", "$y$")
     return figure
 
 
-def _pulses(found: Mapping[str, Found]) -> Figure:
+def _pulses(measured: Measured) -> Figure:
     figure = new_figure(7.2, 3.8)
     panel = figure.add_subplot()
+    found = measured.found
     shown = (
         ("stress", 3, "sheet, plane stress", BLUE, "-"),
         ("strain", 3, "sheet, plane strain", GREEN, "-"),
@@ -208,3 +165,13 @@ def _pulses(found: Mapping[str, Found]) -> Figure:
     panel.set(xlabel="time after activation", ylabel="potential $v$", xlim=(-0.2, 1.0))
     panel.legend(loc="upper right")
     return figure
+
+
+PICTURES = {
+    "figure-3": partial(_pair, ""),
+    "figure-3-ratio-4": partial(_pair, " ratio 4"),
+    "figure-3-elastic": partial(_pair, " elastic"),
+    "figure-3-isochrones": _isochrones,
+    "figure-3-relevance": _relevance,
+    "figure-3-pulses": _pulses,
+}

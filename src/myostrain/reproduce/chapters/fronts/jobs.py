@@ -1,18 +1,17 @@
-"""The computations behind the chapter on fronts: which runs, on which mesh."""
+"""Homogeneous states, fronts over α and β, orders, a front of a bump, and the search for fronts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from myostrain.reproduce.chapters.settings import ADVECTIVE, RIGID
 from myostrain.reproduce.jobs import Job
 from myostrain.reproduce.measurements.cases import case_job, resolved
 from myostrain.theory import speed, steepness
 
 import numpy as np
 
-RIGID = "mechanics.imposed_stretch={value=1.0, until=inf}"
-ADVECTIVE = 'potential.balance="advective"'
 MODELS = {"rigid": [RIGID], "conservative": [], "advective": [ADVECTIVE]}
 ALPHA, TAU, BETA, RATE = 0.1, 0.2, 0.3, 100.0
 #: Equilibria v without recovery, and with it: v (v − α)(v − 1) + τ v = 0.
@@ -32,19 +31,16 @@ FASTEST = 12.0
 
 @dataclass(frozen=True)
 class Settings:
-    """Mesh, step and extent of the sweeps."""
+    """Mesh, step and extent of the sweeps: α and β, of which all pairs are run and ``more`` beside them."""
 
     spacing: float
     step: float
     alphas: tuple[float, ...]
     betas: tuple[float, ...]
-    #: (α, β) beside all pairs of these.
     more: tuple[tuple[float, float], ...]
-    #: (α, β) with the advective balance.
     advective: tuple[tuple[float, float], ...]
     spacings: tuple[float, ...]
     steps: tuple[float, ...]
-    #: For the implicit scheme, which iterates.
     implicit_steps: tuple[float, ...]
     bump: tuple[float, float]
 
@@ -137,7 +133,7 @@ def front(
 
 
 def jobs(quick: bool) -> dict[str, Job]:
-    """Homogeneous states, fronts over α and β, orders, a front of a bump, and the search for fronts."""
+    """The computations."""
     s = settings(quick)
     made = _homogeneous()
     for alpha, beta in s.fronts:

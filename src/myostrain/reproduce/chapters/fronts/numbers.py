@@ -1,82 +1,18 @@
-"""The start of section 4 and section 4.1: equilibria, and travelling fronts without recovery."""
+"""Rates of homogeneous states, fronts beside the closed forms, orders, and where fronts end."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any
 
-from myostrain.reproduce.chapters import fronts_jobs as setup
-from myostrain.reproduce.chapters import fronts_pictures as pictures
-from myostrain.reproduce.chapters import fronts_texts as texts
-from myostrain.reproduce.chapters.fronts_jobs import ALPHA, BETA, RATE, name
-from myostrain.reproduce.content import Chapter, Picture, Statement
-from myostrain.reproduce.jobs import Found, Job
-from myostrain.reproduce.verdict import claims
+from myostrain.reproduce.chapters.fronts import jobs as setup
+from myostrain.reproduce.chapters.fronts.jobs import ALPHA, BETA, RATE, name
+from myostrain.reproduce.jobs import Found
 
 import numpy as np
 
-TITLE = "Equilibria and travelling fronts (sections 4 and 4.1)"
 
-
-def jobs(quick: bool) -> dict[str, Job]:
-    """See :mod:`myostrain.reproduce.chapters.fronts_jobs`."""
-    return setup.jobs(quick)
-
-
-def chapter(found: Mapping[str, Found], quick: bool) -> Chapter:
-    """The chapter."""
-    numbers = measured(found, quick)
-    words = texts.statements(numbers, quick)
-    readings = _readings(numbers)
-    s = setup.settings(quick)
-    grid = f"h = {s.spacing:g}, Δt = {s.step:g}"
-    return Chapter(
-        introduction=texts.INTRODUCTION,
-        statements=[Statement(claim, words[key], readings[key]) for key, claim in claims("fronts").items()],
-        tables=[
-            texts.equilibria_table(numbers),
-            texts.sweep_table(numbers, grid),
-            texts.sharpness_table(numbers, grid),
-            texts.order_table(numbers, s),
-        ],
-        pictures=[
-            Picture(
-                "fronts-homogeneous",
-                f"The rate of homogeneous states without recovery (α = {ALPHA}, A = {RATE:g}, β = {BETA}), four cells, "
-                "one implicit step of Δt = 10⁻⁶. Circles: the equilibria of the cell.",
-                "The rate of the potential over the potential: rigid and coupled curves cross zero at 0, 0.1 and 1.",
-                partial(pictures.draw_rates, found),
-            ),
-            Picture(
-                "fronts-speed",
-                f"How fast v = 1 advances into v = 0: (4.11) as lines, simulated fronts as dots, A = D = {RATE:g}, {grid}. "
-                "For α > 1/2 it retreats. The dotted line is where the balance (4.6) ceases to be parabolic.",
-                "Speed over beta for several alpha: measured dots lie on the lines of the closed form.",
-                partial(pictures.draw_speeds, found, quick),
-            ),
-            Picture(
-                "fronts-profile",
-                f"A front at α = {ALPHA}, β = {BETA}, A = D = {RATE:g}, {grid}, after a time of 0.2, in the material and "
-                "in space, beside the rigid line's.",
-                "Two panels: the front over X is hardly different from the rigid one, over x it is sharper.",
-                partial(pictures.draw_profile, found[name(ALPHA, BETA)], found[name(ALPHA, 0.0)]),
-            ),
-            Picture(
-                "fronts-limit",
-                f"Towards αβ = 1/2 at α = 0.9: squared steepness and inverse squared speed of simulated fronts ({grid}), "
-                "divided by what does not depend on αβ.",
-                "Measured dots fall on the straight line from one to zero at alpha beta = one half.",
-                partial(pictures.draw_limit, numbers["limit"]),
-            ),
-        ],
-        differences=texts.differences(numbers),
-        numbers=numbers,
-        remarks=texts.remarks(numbers),
-    )
-
-
-def measured(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
+def numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
     """Every number of the chapter."""
     s = setup.settings(quick)
     fronts = [_row(found, a, b, "conservative") for a, b in s.fronts]
@@ -117,8 +53,8 @@ def measured(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
     }
 
 
-def _readings(n: Mapping[str, Any]) -> dict[str, dict[str, dict[str, float]]]:
-    """Judged numbers by claim and reading."""
+def readings(n: Mapping[str, Any]) -> dict[str, Any]:
+    """What is judged, by claim and reading."""
     agreement, extrapolated = n["agreement"], n["orders"]["extrapolated_speed"]
     ratios = {
         "least_ratio": agreement["speed_least"],

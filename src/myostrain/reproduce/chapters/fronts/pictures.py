@@ -1,21 +1,19 @@
-"""The pictures of the chapter on fronts."""
+"""Rates of homogeneous states, speeds over β, a front in X and x, and the limit αβ = 1/2."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from myostrain.output.figures.style import BLUE, COLOURS, GREEN, GREY, VERMILION, new_figure
-from myostrain.reproduce.chapters import fronts_jobs as setup
-from myostrain.reproduce.jobs import Found
+from myostrain.reproduce.chapters.fronts import jobs as setup
+from myostrain.reproduce.content import Measured
 from myostrain.theory import profile, speed
 
 import numpy as np
 from matplotlib.figure import Figure
 
 
-def draw_rates(found: Mapping[str, Found]) -> Figure:
-    """∂v/∂t of homogeneous states over v."""
+def _rates(measured: Measured) -> Figure:
     figure = new_figure(6.0, 3.8)
     axes = figure.subplots()
     axes.axhline(0, color=GREY, linewidth=0.7)
@@ -30,7 +28,7 @@ def draw_rates(found: Mapping[str, Found]) -> Figure:
         "advective": ("advective, simulated", {"color": GREEN, "marker": "x", "markersize": 7, "zorder": 3}),
     }
     for model, (label, look) in looks.items():
-        arrays = found[f"temporal_variation_{model}"].arrays
+        arrays = measured.found[f"temporal_variation_{model}"].arrays
         marker: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4} | look
         axes.plot(arrays["potential"], arrays["rate"], label=label, **marker)
     for place in setup.EQUILIBRIA["without_recovery"]:
@@ -41,20 +39,19 @@ def draw_rates(found: Mapping[str, Found]) -> Figure:
     return figure
 
 
-def draw_speeds(found: Mapping[str, Found], quick: bool) -> Figure:
-    """How fast the excited state advances over β, for several α: exact lines, measured dots."""
+def _speeds(measured: Measured) -> Figure:
     figure = new_figure(6.0, 4.8)
     axes = figure.subplots()
-    s = setup.settings(quick)
+    s = setup.settings(measured.quick)
     betas = np.linspace(0, 0.499, 200)
     axes.axhline(0, color=GREY, linewidth=0.7)
-    alphas = s.alphas if quick else tuple(a for a in s.alphas if a != 0.2)
+    alphas = s.alphas if measured.quick else tuple(a for a in s.alphas if a != 0.2)
     for alpha, colour in zip(alphas, COLOURS, strict=False):
         advance = np.asarray(speed(alpha, betas, diffusivity=setup.RATE, A=setup.RATE))
         axes.plot(betas, advance, color=colour)
         pairs = [(a, b) for a, b in s.fronts if a == alpha]
-        numbers = [found[setup.name(*pair)].numbers for pair in pairs]
-        axes.plot([b for _, b in pairs], [-n["c"] for n in numbers], "o", markersize=5, color=colour)
+        speeds = [-measured.found[setup.name(*pair)].numbers["c"] for pair in pairs]
+        axes.plot([b for _, b in pairs], speeds, "o", markersize=5, color=colour)
         axes.annotate(
             f"α = {alpha}", (0.503, advance[-1]), color=colour, va="center", annotation_clip=False, fontsize=9
         )
@@ -65,11 +62,10 @@ def draw_speeds(found: Mapping[str, Found], quick: bool) -> Figure:
     return figure
 
 
-def draw_profile(front: Found, rigid: Found) -> Figure:
-    """The front in X and in x, measured and exact, beside the rigid line's."""
+def _profile(measured: Measured) -> Figure:
     figure = new_figure(6.0, 5.6)
     above, below = figure.subplots(2, 1)
-    arrays = front.arrays
+    arrays = measured.found[setup.name(setup.ALPHA, setup.BETA)].arrays
     half = float(np.interp(0.5, arrays["v_exact"], arrays["X"]))
     tangent = np.asarray(profile(arrays["X"] - half, setup.ALPHA, diffusivity=setup.RATE, A=setup.RATE))
     dots = slice(None, None, 2 if len(arrays["X"]) < 300 else 4)
@@ -89,8 +85,8 @@ def draw_profile(front: Found, rigid: Found) -> Figure:
     return figure
 
 
-def draw_limit(points: Mapping[str, list[float]]) -> Figure:
-    """Squared steepness and inverse squared speed fall to zero at αβ = 1/2."""
+def _limit(measured: Measured) -> Figure:
+    points = measured.numbers["limit"]
     figure = new_figure(6.0, 3.8)
     axes = figure.subplots()
     line = np.array([0.0, 0.5])
@@ -113,3 +109,11 @@ def draw_limit(points: Mapping[str, list[float]]) -> Figure:
     axes.set_xlabel("αβ")
     axes.legend(loc="lower left")
     return figure
+
+
+PICTURES = {
+    "fronts-homogeneous": _rates,
+    "fronts-speed": _speeds,
+    "fronts-profile": _profile,
+    "fronts-limit": _limit,
+}

@@ -1,20 +1,28 @@
-"""The start-up chapter's numbers, from the outcomes of its jobs."""
+"""Orders and remainders of (5.1), the maps beside (5.2), and what contractions do."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from myostrain.reproduce.chapters.startup_jobs import DRIVEN, FAMILIES, SCHEMES, SPACINGS, entries
+from myostrain.reproduce.chapters.startup.jobs import (
+    DRIVEN,
+    FAMILIES,
+    SCHEMES,
+    SPACINGS,
+    WEAK,
+    entries,
+    widths_of,
+)
 from myostrain.reproduce.jobs import Found
 
 import numpy as np
 
 
-def all_numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
-    """Every number of the chapter, nested."""
+def numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
+    """Every number of the chapter."""
     rows, sides = _map(found, quick), found["sides"].numbers
-    numbers = {
+    made = {
         "energy": _energy(found),
         "rates": _rates(found),
         "map": rows,
@@ -32,19 +40,19 @@ def all_numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
         "driven": {name: found[name].numbers for name in DRIVEN},
     }
     if not quick:
-        numbers["closer"] = {
+        made["closer"] = {
             name: job.numbers["threshold"]
             for name, job in found.items()
             if name.startswith(("window", "implicit", "later"))
         }
-    return numbers
+    return made
 
 
 def _energy(found: Mapping[str, Found]) -> dict[str, dict[str, dict[str, float]]]:
     """By body and form of the identity: observed orders, and what remains at a step of zero."""
-    numbers: dict[str, dict[str, dict[str, float]]] = {}
+    made: dict[str, dict[str, dict[str, float]]] = {}
     for body in ("sheet", "line"):
-        numbers[body] = {}
+        made[body] = {}
         for form in ("printed", "weighted", "whole"):
             row: dict[str, float] = {}
             remainders = []
@@ -53,8 +61,8 @@ def _energy(found: Mapping[str, Found]) -> dict[str, dict[str, dict[str, float]]
                 row[f"order_{scheme.replace('-', '_')}"] = float(np.log2(abs(coarse / fine)))
                 factor = 4 if scheme == "second-order" else 2
                 remainders.append(abs(factor * fine - coarse) / (factor - 1))
-            numbers[body][form] = {**row, "remainder": max(remainders)}
-    return numbers
+            made[body][form] = {**row, "remainder": max(remainders)}
+    return made
 
 
 def _rates(found: Mapping[str, Found]) -> dict[str, float]:
@@ -72,9 +80,8 @@ def _map(found: Mapping[str, Found], quick: bool) -> list[dict[str, Any]]:
     """The points of the maps: threshold, where (5.2) begins to hold, energy at the threshold."""
     rows = []
     for family, mode, width in entries(quick):
-        widths = sorted({w for name, _, w in entries(quick) if name == family})
         condition = found[f"(5.2) {family} {'coupled' if mode == 'coupled' else 'held'}"].numbers
-        i = widths.index(width)
+        i = widths_of(family, quick).index(width)
         threshold, begins = found[f"{family} {mode} {width:g}"].numbers["threshold"], condition["from"][i]
         row = {"family": family, "mode": mode, "half_width": width, "threshold": threshold}
         row |= {"satisfied_from": begins, "satisfied_to": condition["to"][i]}
@@ -108,13 +115,45 @@ def _judged(rows: list[dict[str, Any]], recovery: bool) -> dict[str, Any]:
     }
 
 
-def point(numbers: Mapping[str, Any], family: str, mode: str, width: float) -> dict[str, Any]:
+def point(n: Mapping[str, Any], family: str, mode: str, width: float) -> dict[str, Any]:
     """The point of a map: its family, mode and half-width, threshold, and where (5.2) holds."""
     keys = {"family": family, "mode": mode, "half_width": width}
-    row: dict[str, Any] = next(row for row in numbers["map"] if keys.items() <= row.items())
+    row: dict[str, Any] = next(row for row in n["map"] if keys.items() <= row.items())
     return row
 
 
 def rest(n: Mapping[str, Any]) -> float:
     """The largest |v| of all experiments that begin at rest."""
     return max(run["largest"] for name, run in n["driven"].items() if name.endswith("v = 0"))
+
+
+def readings(n: Mapping[str, Any]) -> dict[str, Any]:
+    """What is judged, by claim and reading."""
+    sheet, line, yes, sides = n["energy"]["sheet"], n["energy"]["line"], n["with_recovery"], n["sides"]
+
+    def rise(*runs: str) -> dict[str, float]:
+        return {"rise": max(n["driven"][run]["largest"] for run in runs) / WEAK}
+
+    return {
+        "energy-sheet": {"plane-stress sheet": sheet["printed"]},
+        "energy-line": {"as printed": line["printed"], "with J and the term of J_t": line["whole"]},
+        "begins-to-grow": {"held line and sheet": n["rates"]},
+        "minimum-energy": {"line": yes},
+        "sufficient": {
+            "with recovery": {"least_margin": yes["least_margin"]},
+            "without recovery (w = 0)": n["without_recovery"],
+        },
+        "necessary": {"with recovery": yes},
+        "figure-2-fails": {"coupled line": {"largest_ratio": max(sides["ratio_coupled"])}},
+        "figure-2-held": {"cells of 1": {"ratio": sides["ratio_held"][0]}},
+        "minimum-strain": {"held until t = 0.01": {"ratio": n["least_stretch"] / sides["stretch"][0]}},
+        "incompressible": {
+            "a signal that varies in all directions": {"least_loss": n["isochoric"]["ball"]},
+            "a signal that varies in the plane of a sheet only": {"least_loss": n["isochoric"]["column"]},
+        },
+        "rest": {"line and sheet": {"largest_potential": rest(n)}},
+        "nonzero": {
+            "line, J = x′": rise("line contracts"),
+            "incompressible body, J = 1 (3.8)": rise("sheet contracts", "sheet let go"),
+        },
+    }

@@ -1,0 +1,1 @@
+"""Section 7: the contracting sheet of figure 3."""

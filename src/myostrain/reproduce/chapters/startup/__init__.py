@@ -1,0 +1,1 @@
+"""Section 5: the energy of an initial potential, and which bumps start a pulse."""

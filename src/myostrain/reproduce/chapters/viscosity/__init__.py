@@ -1,0 +1,1 @@
+"""Section 4.2: a pulse on the viscoelastic line."""
