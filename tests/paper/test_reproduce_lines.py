@@ -2,7 +2,7 @@
 
 import math
 
-from myostrain.reproduce.measurements import lines
+from myostrain.reproduce.measurements import lines, signals
 
 import numpy as np
 import pytest
@@ -41,14 +41,14 @@ def test_delays_of_a_shifted_copy():
     """Section 8, "the delay between potential upstroke and mechanical contraction": a contraction that is the
     potential, later and weaker, comes later by the shift, peak after peak and rise after rise."""
     shift = 0.0837
-    found = lines.delays(TIMES, 0.9 * bell(TIMES, 0.6), 0.2 * bell(TIMES, 0.6 + shift))
+    found = signals.delays(TIMES, 0.9 * bell(TIMES, 0.6), 0.2 * bell(TIMES, 0.6 + shift))
     assert found["peak_delay"] == pytest.approx(shift, abs=5e-5)  # measured 1e-6; the samples are 5e-3 apart
     assert found["rise_delay"] == pytest.approx(shift, abs=2e-4)  # measured 5e-6
 
 
 def test_a_longer_contraction_peaks_and_rises_later_by_different_times():
     """With its peak 0.3 later and three times as long, the rise is later by 0.3 − 2 · 0.1 √ln 2."""
-    found = lines.delays(TIMES, bell(TIMES, 0.6), bell(TIMES, 0.9, 0.3))
+    found = signals.delays(TIMES, bell(TIMES, 0.6), bell(TIMES, 0.9, 0.3))
     assert found["peak_delay"] == pytest.approx(0.3, abs=1e-4)
     assert found["rise_delay"] == pytest.approx(0.3 - 0.2 * math.sqrt(math.log(2)), abs=2e-4)
 
@@ -56,22 +56,22 @@ def test_a_longer_contraction_peaks_and_rises_later_by_different_times():
 @pytest.mark.parametrize("shortening", [np.zeros_like(TIMES), TIMES])
 def test_no_delay_without_a_peak(shortening):
     """A rigid line does not shorten, and what still shortens at the last sample has no peak."""
-    assert set(lines.delays(TIMES, bell(TIMES, 0.6), shortening).values()) == {None}
+    assert set(signals.delays(TIMES, bell(TIMES, 0.6), shortening).values()) == {None}
 
 
 def test_lowest_of_unequal_places():
     """The bottom of a parabola, from places that are not equally far apart; an end is no minimum."""
     x = np.array([-3.0, -1.0, -0.2, 0.5, 2.0])
-    place, value = lines.lowest(x, 1.5 + 0.7 * (x - 0.13) ** 2)
+    place, value = signals.lowest(x, 1.5 + 0.7 * (x - 0.13) ** 2)
     assert (place, value) == (pytest.approx(0.13), pytest.approx(1.5))
     with pytest.raises(ValueError, match="at an end"):
-        lines.lowest(x, x)
+        signals.lowest(x, x)
 
 
 @pytest.mark.parametrize("ratio, order", [(2.0, 2.0), (4.0, 2.0), (2.0, 1.0)])
 def test_extrapolation_removes_the_leading_error(ratio, order):
     """Richardson: from a + b h^p at two h comes a."""
-    assert lines.extrapolated(3.0 + 0.5 * 0.4**order, 3.0 + 0.5 * (0.4 / ratio) ** order, ratio, order) == (
+    assert signals.extrapolated(3.0 + 0.5 * 0.4**order, 3.0 + 0.5 * (0.4 / ratio) ** order, ratio, order) == (
         pytest.approx(3.0)
     )
 

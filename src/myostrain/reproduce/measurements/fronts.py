@@ -10,6 +10,7 @@ from myostrain.coupling import Electromechanics
 from myostrain.errors import InputError
 from myostrain.output.metrics import leading_pulse
 from myostrain.reproduce.jobs import Found
+from myostrain.reproduce.measurements.signals import first_rise
 from myostrain.theory import profile, spatial_coordinate, speed, steepness
 
 import numpy as np
@@ -233,18 +234,13 @@ def shooting(alpha: float, betas: Sequence[float], fastest: float, speeds: int, 
     gap = follow(leaving, -12.0) - follow(entering, 12.0)
     found: list[float | None] = []
     for one in gap:
-        i = np.flatnonzero(one[:-1] * one[1:] < 0)
-        found.append(None if i.size == 0 else float(np.interp(0, *_crossing(one, c[0], int(i[0])))))
+        turns = np.flatnonzero(one[:-1] * one[1:] < 0)
+        found.append(first_rise(c[0], one * np.sign(one[turns[0] + 1]), 0.0) if len(turns) else None)
     return Found({"betas": list(betas), "c": found})
 
 
 #: Where a branch of :func:`shooting` has come down to v′ = 0.
 FLOOR = 1e-3
-
-
-def _crossing(gap: Array, c: Array, i: int) -> tuple[Array, Array]:
-    pair = np.array([i, i + 1]) if gap[i] < gap[i + 1] else np.array([i + 1, i])
-    return gap[pair], c[pair]
 
 
 class _Front:

@@ -9,6 +9,7 @@ from myostrain.output.metrics import leading_pulse
 from myostrain.reproduce.jobs import Array, Found, Job
 from myostrain.reproduce.measurements import cases
 from myostrain.reproduce.measurements.cases import resolved
+from myostrain.reproduce.measurements.signals import delays
 
 import numpy as np
 
@@ -97,57 +98,6 @@ def half_width(X: Array, values: Array) -> float | None:
     return None if found is None else found.width_material
 
 
-def delays(times: Array, potential: Array, shortening: Array) -> dict[str, float | None]:
-    """By how much the shortening at a place comes after the potential.
-
-    Args:
-        times: Times (m,), ascending.
-        potential: v (m,) at the place.
-        shortening: 1 − x′ (m,) there.
-
-    Returns:
-        ``peak_delay``, from the peak of v to that of 1 − x′, each the top of the parabola through three
-        samples; ``rise_delay``, between their first upward crossings of half their maxima. None where the
-        line does not shorten, or where it still does at the last sample.
-    """
-    if shortening.max() < 1e-12 or np.argmax(shortening) == len(times) - 1:
-        return {"peak_delay": None, "rise_delay": None}
-    return {
-        "peak_delay": _peak_time(times, shortening) - _peak_time(times, potential),
-        "rise_delay": _rise_time(times, shortening) - _rise_time(times, potential),
-    }
-
-
-def extrapolated(coarse: float, fine: float, ratio: float = 2.0, order: float = 2.0) -> float:
-    """The value at h = 0 from two meshes (Richardson).
-
-    Args:
-        coarse: Value at h.
-        fine: Value at h / ratio.
-        ratio: Ratio of the meshes.
-        order: Order of the error.
-    """
-    return fine + (fine - coarse) / (ratio**order - 1)
-
-
-def lowest(x: Array, y: Array) -> tuple[float, float]:
-    """Place and value of the least y: the bottom of the parabola through the lowest point and its neighbours.
-
-    Args:
-        x: Places (n,), ascending, n ≥ 3.
-        y: Values (n,); their least lies inside.
-
-    Raises:
-        ValueError: The least value is the first or the last.
-    """
-    i = int(np.argmin(y))
-    if i in (0, len(y) - 1):
-        raise ValueError("the least value lies at an end")
-    a, b, c = np.polyfit(x[i - 1 : i + 2] - x[i], y[i - 1 : i + 2], 2)
-    place = -b / (2 * a)
-    return float(x[i] + place), float(c + b * place / 2)
-
-
 def _place(X: Array, x: Array, v: Array) -> dict[str, float | None]:
     """Front and widths of the leading pulse."""
     found = leading_pulse(X, x, v)
@@ -166,15 +116,3 @@ def _shortened(X: Array, x: Array) -> dict[str, float | None]:
     middle = (X[1:] + X[:-1]) / 2
     width = half_width(middle, shortening) if top > 1e-12 else None
     return {"shortening_max": top, "shortening_half_width": width}
-
-
-def _peak_time(times: Array, values: Array) -> float:
-    i = min(max(int(np.argmax(values)), 1), len(values) - 2)
-    return lowest(times[i - 1 : i + 2], -values[i - 1 : i + 2])[0] if np.argmax(values) == i else times[i]
-
-
-def _rise_time(times: Array, values: Array) -> float:
-    half = values.max() / 2
-    i = int(np.flatnonzero((values[:-1] < half) & (values[1:] >= half))[0])
-    share = (half - values[i]) / (values[i + 1] - values[i])
-    return float(times[i] + share * (times[i + 1] - times[i]))

@@ -12,12 +12,12 @@ from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.output.metrics import LEVEL
 from myostrain.reproduce.jobs import Array, Found, Job
 from myostrain.reproduce.measurements.cases import resolved
+from myostrain.reproduce.measurements.signals import first_rise
 from myostrain.reproduce.measurements.triangles import (
     Indices,
     area_above,
     areas,
     celerities,
-    first_rise,
     gradients,
     growth,
     pulse,

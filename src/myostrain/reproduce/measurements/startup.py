@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from itertools import permutations
 from typing import Any
 
 import myostrain as ms
-from myostrain.engine import fem
 from myostrain.reproduce.jobs import Found
+from myostrain.reproduce.measurements.cases import resolved
 from myostrain.theory import startup
 
 import numpy as np
@@ -267,7 +268,7 @@ def driven(
     for number in range(1, round(end / step) + 1):
         time = number * step
         if strain is not None:
-            strain.value = drive["strain"] * min(time / until, 1.0)
+            strain.strain = drive["strain"] * min(time / until, 1.0)
         if "stretch" in drive and time <= until * (1 + 1e-9):
             before = float(v[0])
         model.step(time)
@@ -288,45 +289,35 @@ def driven(
 class _Contraction:
     """An active strain that does not depend on the potential."""
 
-    def __init__(self, strain: Any) -> None:
-        self.strain = strain
-
     drivers = ("potential",)
+    strain = 0.0
 
     def activation(self, states: Any, drivers: Any) -> Any:
-        return float(self.strain.value)
+        return self.strain
+
+
+#: Small free bodies, solved to round-off.
+BODIES = {
+    "line": ("startup-1d", "geometry.length=10.0", "initial.radius=10.0", "probes={a=[5.0]}"),
+    "sheet": ("sheet-2d", 'geometry={kind="rectangle", size=[6.0, 6.0], spacing=1.0}',
+              "fibres.direction=[1.0, 0.0]", "probes={a=[3.0, 3.0]}", 'potential.mass="lumped"',
+              "mechanics.robin=0.0", "mechanics.every=1",
+              "initial={potential=0.0, center=[3.0, 3.0], radius=10.0}"),
+}  # fmt: skip
+EXACT = ("mechanics.tolerance=1e-12", "solver.potential={ksp_rtol=1e-13}", "time.scheme=second-order")
 
 
 def _driven_model(
     body: str, potential: float, recovery: bool, drive: Mapping[str, Any]
-) -> tuple[ms.Electromechanics, Any]:
-    line = body == "line"
-    if line:
-        made = ms.build(ms.geometry.Line(length=10.0, spacing=1.0))
-        own: dict[str, Any] = dict(kinematics=ms.kinematics.Line(), material=ms.materials.Spring())
-    else:
-        rectangle = ms.geometry.Rectangle(size=(6.0, 6.0), spacing=1.0)
-        made = ms.build(rectangle, ms.UniformFibres(direction=(1.0, 0.0)))
-        own = dict(kinematics=ms.kinematics.PlaneStress(), material=ms.materials.NeoHookean())
-    strain, held = None, None
-    law: Any = ms.activation.Proportional(beta=0.3)
-    if "strain" in drive:
-        strain = fem.Constant(made.mesh, 0.0)
-        law = _Contraction(strain)
-    elif "stretch" in drive:
-        held = ms.ImposedStretch(value=tuple(drive["stretch"]), until=drive["until"])
-    else:
-        held = ms.ImposedStretch()
-    mechanics = ms.Mechanics(made, imposed_stretch=held, tolerance=1e-12, **own)
-    model = ms.Potential(
-        made,
-        membrane=ms.membranes.FitzHughNagumo(recovery=recovery),
-        diffusivity=100.0,
-        deformation=mechanics.deformation,
-        options={"ksp_rtol": 1e-13},
-    )
-    model.v.x.array[:] = potential
-    return ms.Electromechanics(model, mechanics, law=law), strain
+) -> tuple[ms.Electromechanics, _Contraction | None]:
+    name, *settings = BODIES[body]
+    settings += [*EXACT, f"initial.potential={potential}", f"cell.recovery={str(recovery).lower()}"]
+    if "strain" not in drive:
+        value, until = drive.get("stretch", 1.0), drive.get("until", "inf")
+        settings.append(f"mechanics.imposed_stretch={{value={value}, until={until}}}")
+    case = ms.Case.from_dict(resolved(name, settings))
+    strain = _Contraction() if "strain" in drive else None
+    return (case if strain is None else dataclasses.replace(case, law=strain)).build(), strain
 
 
 def _fibre_stretch(model: ms.Electromechanics) -> float:
@@ -337,21 +328,3 @@ def _fibre_stretch(model: ms.Electromechanics) -> float:
     x = X + model.mechanics.displacement().x.array.reshape(-1, dim)
     affine = np.linalg.lstsq(np.column_stack([X, np.ones(len(X))]), x, rcond=None)[0]
     return float(np.linalg.norm(affine[0]))
-
-
-def peaks(case: Mapping[str, Any], times: Sequence[float]) -> Found:
-    """The largest potential at some times, the last one the end.
-
-    Returns:
-        Numbers: ``peaks``, a list.
-    """
-    made = ms.Case.from_dict(case)
-    model = made.build()
-    model.start()
-    due, found = list(times), []
-    for number in range(1, round(times[-1] / made.time.step) + 1):
-        model.step(number * made.time.step)
-        if due and model.time >= due[0] * (1 - 1e-9):
-            found.append(float(model.potential.v.x.array.max()))
-            due.pop(0)
-    return Found({"peaks": found})

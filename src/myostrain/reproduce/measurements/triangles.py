@@ -7,6 +7,7 @@ from typing import Any
 
 from myostrain.output.metrics import LEVEL
 from myostrain.reproduce.jobs import Array
+from myostrain.reproduce.measurements.signals import first_rise
 
 import numpy as np
 import numpy.typing as npt
@@ -190,16 +191,6 @@ def quantiles(values: Array, weights: Array, shares: Sequence[float]) -> list[fl
     order = np.argsort(values)
     below = np.cumsum(weights[order]) - weights[order] / 2
     return np.interp(np.asarray(shares) * weights.sum(), below, values[order]).tolist()
-
-
-def first_rise(times: Array, values: Array, level: float) -> float | None:
-    """When values first rise through a level, linear in time."""
-    rises = np.flatnonzero((values[:-1] < level) & (values[1:] >= level))
-    if not len(rises):
-        return None
-    i = rises[0]
-    share = (level - values[i]) / (values[i + 1] - values[i])
-    return float(times[i] + share * (times[i + 1] - times[i]))
 
 
 def cross_fibre(fibre: Array) -> Array:

@@ -19,6 +19,7 @@ from myostrain.mechanics.active_body import ActiveBody
 from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.output.probes import Probes
 from myostrain.reproduce.jobs import Array, Found
+from myostrain.reproduce.measurements import signals
 
 import numpy as np
 import ufl
@@ -65,12 +66,13 @@ def wave(case: Mapping[str, Any], probe: str, rectified: bool) -> Found:
     results = simulation.run(recorder)
     times = np.array(recorder.times)
     potential, shortening = np.array(recorder.potential), np.array(recorder.shortening)
-    waves = {"potential": _wave(times, potential), "shortening": _wave(times, shortening)}
+    early, late = signals.wave(times, potential), signals.wave(times, shortening)
     numbers = {
         "metrics": results["metrics"],
-        **waves,
-        "peak_delay": _difference(waves, "peak_time"),
-        "rise_delay": _difference(waves, "rise_time"),
+        "potential": early,
+        "shortening": late,
+        "peak_delay": signals.difference(late["peak_time"], early["peak_time"]),
+        "rise_delay": signals.difference(late["rise_time"], early["rise_time"]),
     }
     return Found(numbers, {"times": times, "potential": potential, "shortening": shortening})
 
@@ -86,7 +88,8 @@ class _AtProbe:
         space = model.potential.v.function_space
         self._model = model
         self._probe = Probes(space, {name: place})
-        self._corners = self._probe.corners[0]
+        # At a node several triangles meet: the lower left one, whatever their order.
+        self._corners = Probes(space, {name: [x - 1e-3 for x in place]}).corners[0]
         X = space.tabulate_dof_coordinates()[self._corners, :2]
         self._X = (X[1:] - X[0]).T
         self._f0 = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
@@ -103,44 +106,6 @@ class _AtProbe:
         self.times.append(time)
         self.potential.append(float(self._probe.local(self._model.potential.v.x.array)[0]))
         self.shortening.append(float(1 - np.linalg.norm(F @ self._f0)))
-
-
-def _wave(times: Array, values: Array) -> dict[str, float | None]:
-    peak = int(values.argmax())
-    half = values[peak] / 2
-    above = values >= half
-    first = int(above.argmax())
-    rise = _crossing(times, values, first, half)
-    falls = np.flatnonzero(~above[peak:])
-    fall = _crossing(times, values, peak + int(falls[0]), half) if len(falls) else None
-    return {
-        "peak": float(values[peak]),
-        "peak_time": _summit(times, values, peak),
-        "rise_time": rise,
-        "duration": None if fall is None or rise is None else fall - rise,
-    }
-
-
-def _crossing(times: Array, values: Array, after: int, level: float) -> float | None:
-    if after == 0:
-        return None
-    share = (level - values[after - 1]) / (values[after] - values[after - 1])
-    return float(times[after - 1] + share * (times[after] - times[after - 1]))
-
-
-def _summit(times: Array, values: Array, at: int) -> float:
-    """Where the parabola through three samples is largest."""
-    if not 0 < at < len(values) - 1:
-        return float(times[at])
-    before, here, after = values[at - 1 : at + 2]
-    curvature = before - 2 * here + after
-    shift = 0.0 if curvature == 0 else (before - after) / (2 * curvature)
-    return float(times[at] + shift * (times[at + 1] - times[at]))
-
-
-def _difference(waves: dict[str, dict[str, float | None]], name: str) -> float | None:
-    late, early = waves["shortening"][name], waves["potential"][name]
-    return None if late is None or early is None else late - early
 
 
 def dissipation(samples: int, seed: int, relaxation_time: float, mu: float) -> Found:

@@ -16,7 +16,7 @@ from myostrain.reproduce.chapters.figure_1.jobs import (
     SWEEP,
 )
 from myostrain.reproduce.jobs import Found
-from myostrain.reproduce.measurements.lines import extrapolated
+from myostrain.reproduce.measurements.signals import extrapolated
 from myostrain.reproduce.verdict import claims
 
 NAMES = ("celerity", "width_material", "width_spatial", "front_spatial", "potential_max", "potential_min")

@@ -7,7 +7,7 @@ from typing import Any
 
 from myostrain.reproduce.chapters.settings import HELD, RIGID
 from myostrain.reproduce.jobs import Job
-from myostrain.reproduce.measurements.cases import resolved
+from myostrain.reproduce.measurements.cases import case_job, resolved
 
 #: What the three lines are called and their settings.
 MODES: dict[str, list[str]] = {"coupled": [], "held": [HELD], "rigid": [RIGID]}
@@ -147,8 +147,7 @@ def jobs(quick: bool) -> dict[str, Job]:
         "startup.least_stretch", {"case": held, "low": 0.7, "high": 1.0, "tolerance": tolerance}, 2.0
     )
     stretched = "mechanics.imposed_stretch={value=2.0, until=inf}"
-    stretched_case = resolved("startup-1d", [stretched, "time.scheme=second-order"])
-    made["stretched"] = Job("startup.peaks", {"case": stretched_case, "times": [0.3]}, 0.5)
+    made["stretched"] = case_job("startup-1d", [stretched, "time.scheme=second-order"], cost=0.5)
     if not quick:
         made |= _closer_jobs()
     return made

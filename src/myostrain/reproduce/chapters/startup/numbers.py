@@ -35,7 +35,7 @@ def numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
             "ratio_held": [g / h for g, h in zip(sides["gain"], sides["held"], strict=True)],
         },
         "least_stretch": found["least stretch"].numbers["stretch"],
-        "stretched_peak": found["stretched"].numbers["peaks"][0],
+        "stretched_peak": found["stretched"].numbers["metrics"]["potential_max"],
         "isochoric": found["isochoric"].numbers,
         "driven": {name: found[name].numbers for name in DRIVEN},
     }

@@ -7,7 +7,7 @@ from typing import Any
 
 from myostrain.reproduce.chapters.viscosity.jobs import STIFF_STEPS, parts
 from myostrain.reproduce.jobs import Found
-from myostrain.reproduce.measurements.lines import lowest
+from myostrain.reproduce.measurements.signals import lowest
 
 import numpy as np
 
