@@ -17,7 +17,7 @@ from pathlib import Path
 
 from myostrain import activation, cases, geometry, kinematics, materials
 from myostrain.case.case import Case
-from myostrain.engine import MPI, PETSc, fem, jit_options, versions
+from myostrain.engine import MPI, PETSc, cache_folder, fem, jit_options, versions
 from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.output.folder import write_atomically
 from myostrain.theory import profile, speed
@@ -97,7 +97,7 @@ def _compiler() -> Finding:
 
 
 def _cache() -> Finding:
-    folder = Path(jit_options()["cache_dir"])
+    folder = cache_folder()
     there = next(path for path in (folder, *folder.parents) if path.exists())
     free = shutil.disk_usage(there).free / 2**30
     value = f"{folder}, {'there' if there == folder else 'not made yet'}, {free:.1f} GiB free"

@@ -14,6 +14,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from myostrain.kernel_cache import claim_cache
+
 # PETSc would end the process at SIGTERM before a run can write a checkpoint.
 os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
 
@@ -81,19 +83,30 @@ def cpu_key() -> str:
     return hashlib.sha256(description.encode()).hexdigest()[:12]
 
 
+def cache_folder() -> Path:
+    """Where compiled kernels are kept."""
+    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return root / "myostrain" / f"kernels-{cpu_key()}"
+
+
 @cache
 def _jit_options() -> dict[str, Any]:
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = cache_folder()
+    claim_cache(folder)
     return {
         "cffi_extra_compile_args": NATIVE_FLAGS,
-        "cache_dir": str(root / "myostrain" / f"kernels-{cpu_key()}"),
+        "cache_dir": str(folder),
         # Another process may be compiling the same form; large ones take a while.
         "timeout": 300,
     }
 
 
 def jit_options() -> dict[str, Any]:
-    """Options of the kernel compiler (a fresh copy): native flags, and a cache folder of this processor."""
+    """Options of the kernel compiler (a fresh copy): native flags, and a cache folder of this processor.
+
+    Raises:
+        InputError: The cache folder cannot be written.
+    """
     return dict(_jit_options())
 
 

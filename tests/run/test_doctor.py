@@ -84,7 +84,7 @@ def broken_compiler(monkeypatch, tmp_path):
 
 def cache_below_a_file(monkeypatch, tmp_path):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(doctor, "jit_options", lambda: {"cache_dir": str(tmp_path / "file" / "kernels")})
+    monkeypatch.setattr(doctor, "cache_folder", lambda: tmp_path / "file" / "kernels")
 
 
 def full_disk(monkeypatch, tmp_path):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from torture.live import MOMENTS, OTHER, SAME, Live, Row, Subject, on
+from torture.live import MOMENTS, OTHER, PATIENCE, SAME, Live, Row, Subject, on
 
 
 @dataclass(frozen=True)
@@ -90,6 +90,25 @@ class Campaign:
                 row.survived += chain
         return row
 
+    def cold_kills(self, subject: Subject, number: int) -> Row:
+        """SIGKILL while kernels are compiled; the next run compiles them, and does not wait for the dead."""
+        row, reference = self._row("SIGKILL while compiling", subject), self.reference(subject)
+        cache, out = self._new("cache"), self._new("killed")
+        for _ in range(number):
+            live = Live(subject.again(out), subject.processes, cache)
+            begin = time.monotonic()
+            while live.running() and not unfinished(cache) and time.monotonic() - begin < PATIENCE:
+                time.sleep(0.001)
+            time.sleep(self.rng.uniform(0, 0.3))
+            live.kill()
+            row.faults += 1
+            row.look(live, "killed")
+        done = row.expect(Live(subject.again(out), subject.processes, cache), (0,), "resumed")
+        if done:
+            row.survived += number
+            row.compare(reference.folder, out, SAME, "compiled anew")
+        return row
+
     # (ii) interrupted
 
     def signals(self, subject: Subject, number: int, *, twice: bool = False) -> Row:
@@ -99,7 +118,7 @@ class Campaign:
         for i in range(number):
             out = self._new("interrupted")
             signum = (signal.SIGINT, signal.SIGTERM)[i % 2]
-            moment = ("step", "output", "checkpoint", "step", "end")[i % 5]
+            moment = ("step", "output", "checkpoint", "step", "end", "drawing")[i % 6]
             live = Live(subject.arguments(out), subject.processes)
             if live.until(moment, self.rng, reference.startup):
                 live.send(signum)
@@ -109,8 +128,9 @@ class Campaign:
             row.faults += 1
             # When all is written a signal finds the run done; the second one need not be waited for.
             allowed = [128 + signum]
-            allowed += [0] if moment == "end" or (out / "results.json").exists() else []
-            allowed += [-signum] if twice else []
+            allowed += [0] if moment in ("end", "drawing") or (out / "results.json").exists() else []
+            # A second SIGINT ends mpiexec by its own hand, at once.
+            allowed += [255] if twice and subject.processes > 1 and signum == signal.SIGINT else []
             what = f"{signum.name} ({moment})"
             if not row.expect(live, tuple(allowed), what):
                 continue
@@ -162,7 +182,12 @@ class Campaign:
     def _damages(self, size: int, flips: int) -> Iterator[tuple[str, Callable[[bytes], bytes]]]:
         def flip(offset: int) -> Callable[[bytes], bytes]:
             bit = 1 << self.rng.randrange(8)
-            return lambda data: data[:offset] + bytes([data[offset] ^ bit]) + data[offset + 1 :]
+
+            def hurt(data: bytes) -> bytes:
+                at = min(offset, len(data) - 1)  # the one before it may be shorter
+                return data[:at] + bytes([data[at] ^ bit]) + data[at + 1 :]
+
+            return hurt
 
         regions = {"header": (0, 64), "middle": (64, size - 64), "end": (size - 64, size)}
         for region, (low, high) in regions.items():
@@ -283,6 +308,11 @@ class Campaign:
         row.faults += 1
         row.survived += row.finish(subject, reference.folder, out, "all done")
         return row
+
+
+def unfinished(cache: Path) -> list[Path]:
+    """Kernels that are being compiled, or were when the compiler was killed."""
+    return [p for p in cache.rglob("libffcx_*.c") if not p.with_suffix(".c.cached").exists()]
 
 
 def newest_first(folder: Path) -> list[Path]:

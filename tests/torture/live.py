@@ -29,9 +29,9 @@ SAME, OTHER = 1e-12, 1e-6
 #: What of results.json must not depend on what happened to the run.
 COMPARED = ("completed", "time", "steps", "step", "metrics", "probes", "cells", "unknowns", "parameters")
 
-#: When a fault strikes: at any time of start-up, while stepping, as output or a checkpoint is being written,
-#: when the numbers are there but not yet the pictures.
-MOMENTS = ("start", "step", "output", "checkpoint", "end")
+#: When a fault strikes: at any time of start-up, while the folder is set up, while stepping, as output or a
+#: checkpoint is being written, when the numbers are there but not yet the pictures, and while they are drawn.
+MOMENTS = ("start", "folder", "step", "output", "checkpoint", "end", "drawing")
 
 #: Seconds that a run may take; longer is a hang.
 PATIENCE = 180.0
@@ -66,8 +66,14 @@ SHEET = Subject(
 LINE = Subject("line", "pulse-1d", (*_LINE, *_OFTEN))
 #: Without fields, and so without pictures: half the time.
 BARE = Subject("bare line", "pulse-1d", (*LINE.settings, "output.fields=[]"))
+SOLID = Subject(
+    "solid",
+    "slab-3d",
+    ("geometry.spacing=5.0", "time.end=0.05", "time.step=1e-3", "output.every=0.01", *_OFTEN[1:]),
+)
 SUBJECTS = (
     SHEET,
+    SOLID,
     Subject("viscous line", "pulse-1d", (*_LINE, *_OFTEN, "mechanics.relaxation_time=0.08")),
     Subject("rigid twin", "pulse-1d", (*_LINE, *_OFTEN, "output.rigid_twin=true")),
     Subject("staggered", "sheet-2d", (*SHEET.settings, "time.scheme=staggered", "mechanics.every=3")),
@@ -148,9 +154,10 @@ class Live:
     Args:
         arguments: Of the command line.
         processes: Number of processes.
+        cache: Folder of compiled kernels, in place of the user's.
     """
 
-    def __init__(self, arguments: list[str], processes: int = 1) -> None:
+    def __init__(self, arguments: list[str], processes: int = 1, cache: Path | None = None) -> None:
         launcher = [] if processes == 1 else [str(MPIEXEC), "-n", str(processes)]
         self.processes = processes
         self._out = Path(arguments[arguments.index("--out") + 1])
@@ -162,7 +169,7 @@ class Live:
             stdout=self._told,
             stderr=self._errors,
             start_new_session=True,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
+            env={**os.environ, "OMP_NUM_THREADS": "1"} | ({"XDG_CACHE_HOME": str(cache)} if cache else {}),
         )
 
     def errors(self) -> str:
@@ -190,7 +197,8 @@ class Live:
         if moment == "start":
             time.sleep(rng.uniform(0, startup))
             return self.running()
-        sign = {"begin": "case.toml", "end": "results.json"}.get(moment)
+        signs = {"folder": ".lock", "begin": "case.toml", "end": "results.json", "drawing": ".drawing"}
+        sign = signs.get(moment)
 
         def reached() -> bool:
             if sign is not None:
@@ -202,7 +210,8 @@ class Live:
         begin = time.monotonic()
         while self.running() and not reached() and time.monotonic() - begin < PATIENCE:
             time.sleep(0.0005)
-        pause = {"step": 0.3, "end": 0.5}.get(moment, 0.01 if rng.random() < 0.5 else 0.0)
+        pauses = {"folder": 0.05, "step": 0.3, "end": 0.5, "drawing": 2.0}
+        pause = pauses.get(moment, 0.01 if rng.random() < 0.5 else 0.0)
         time.sleep(rng.uniform(0, pause))
         return self.running()
 
@@ -294,9 +303,15 @@ def difference(reference: Path, folder: Path) -> tuple[float, list[str]]:
                 continue
             for name, *columns in zip(texts[0][0].split(","), *(t.T for t in tables), strict=True):
                 look(f"{path.name}: {name}", *columns)
-        names = [{str(p.relative_to(f)) for p in f.rglob("snapshots/*")} for f in (reference, folder)]
-        if names[0] != names[1]:
-            problems.append(f"snapshots: {sorted(names[0] ^ names[1])[:5]} in one only")
+        both = (reference, folder)
+        names = [{str(p.relative_to(f)) for p in f.rglob("snapshots/*")} for f in both]
+        drawn = [{str(p.relative_to(f)) for p in f.glob("figures/*")} for f in both]
+        for one, other in (names, drawn):
+            if one != other:
+                problems.append(f"files: {sorted(one ^ other)[:5]} in one only")
+        left = [p.name for p in folder.rglob(".*") if p.name != ".manifest"]
+        if left:
+            problems.append(f"unfinished: {left[:5]}")
         for name in sorted(n for n in names[0] & names[1] if n.endswith(".npz")):
             with np.load(reference / name) as one, np.load(folder / name) as two:
                 if set(one) != set(two):

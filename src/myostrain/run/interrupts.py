@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from types import FrameType, TracebackType
@@ -11,7 +12,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interrupts:
-    """While open, the first SIGINT or SIGTERM is noted; a second one ends the process at once.
+    """While open, the first SIGINT or SIGTERM is noted; a second one ends the process, with its exit status.
 
     Outside the main thread, which alone may handle signals, nothing is noted.
 
@@ -39,6 +40,6 @@ class Interrupts:
             signal.signal(number, handler)  # type: ignore[arg-type]
 
     def _note(self, number: int, frame: FrameType | None) -> None:
+        if self.noted:  # a process that a signal kills would be a success to mpiexec
+            os._exit(128 + number)
         self.noted = number
-        for each in SIGNALS:
-            signal.signal(each, signal.SIG_DFL)
