@@ -42,8 +42,8 @@ NEEDED = {
 
 SOLVER = """
 `[solver.potential]` and `[solver.mechanics]` hold options of PETSc's linear solvers without a prefix, such as
-`ksp_type`, `pc_type` or `ksp_rtol`. They win over the defaults. Options that would run code or touch files
-are refused.
+`ksp_type`, `pc_type` or `ksp_rtol`. They win over the defaults. What does not choose or tune a solver is
+refused, as it may run code or write files; `ksp_monitor`, `ksp_view` and `ksp_converged_reason = true` print.
 """.strip()
 
 

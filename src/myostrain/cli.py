@@ -134,6 +134,7 @@ def _resumed(asked: Case | None, out: Path | None, *, changed: bool) -> tuple[Ca
     shows the results.
     """
     from myostrain.case.case import Case
+    from myostrain.case.running import pictures_missing
 
     if out is None or (asked is None and changed):
         raise InputError("goes with --out DIR, and without --set and --force", "--resume")
@@ -150,7 +151,8 @@ def _resumed(asked: Case | None, out: Path | None, *, changed: bool) -> tuple[Ca
             "--resume",
         )
     if (out / "results.json").exists() and _first_process():
-        screen.print(f"the run in {out} had ended already")
+        then = "; drawing what is missing of its figures" if pictures_missing(out) else ""
+        screen.print(f"the run in {out} had ended already{then}")
     return case, True
 
 
@@ -264,7 +266,7 @@ def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
     screen.print(f"{case.title}")
     numbers = {k: v for k, v in results["metrics"].items() if v is not None}
     for name, value in numbers.items():
-        screen.print(f"  {name:22} {value:.5g}")
+        screen.print(f"  {name:22} {float(value):.5g}")
     seconds = results["seconds"]
     phases = ", ".join(
         f"{phase} {seconds[phase]:.1f}" for phase in ("setup", "potential", "mechanics", "output")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 
 class MyostrainError(Exception):
@@ -73,3 +74,17 @@ def nearest(word: str, known: Iterable[str]) -> str:
     close = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
     listed = f"known: {', '.join(names)}"
     return f"did you mean '{close[0]}'? ({listed})" if close else listed
+
+
+def shown(value: Any) -> str:
+    """A value for a message: short, whatever it is."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables
+        text = f"such a long {type(value).__name__}"
+    return text if len(text) <= 100 else f"{text[:90]}..."
+
+
+def dotted(*parts: str) -> str:
+    """A key for a message; a strange part is quoted and cut."""
+    return ".".join(part if part.isprintable() and 0 < len(part) <= 50 else shown(part) for part in parts)

@@ -1,11 +1,19 @@
 """Where results go: nothing is overwritten that was not asked for, and nothing foreign ever."""
 
+import contextlib
+import os
+import shutil
+from pathlib import Path
+
 from myostrain import Case, InputError, run_case
-from myostrain.output.folder import OWN, free_name, prepare, write_json
+from myostrain.output.folder import free_name, prepare, write_json
 
 import pytest
 
-from small_cases import ALONE, LINE, changed, strict_json
+from small_cases import ALONE, LINE, changed, command_line, strict_json, write_case
+
+#: A line without fields, and so without pictures.
+BARE = changed(LINE, {"output.fields": []})
 
 
 def snapshot_of(folder):
@@ -24,21 +32,147 @@ def test_held_folder_is_refused_untouched(tmp_path):
         assert snapshot_of(folder) == before
 
 
-@pytest.mark.parametrize(
-    "foreign", ["notes.txt", "figures/mine.png", "snapshots/mine.npz", "rigid/notes.txt", "old/results.json"]
+FOREIGN = (
+    *("notes.txt", "figures/mine.png", "snapshots/mine.npz", "rigid/notes.txt", "old/results.json"),
+    *("fields.bp/mine", "fields.bp/deep/mine", "checkpoint/mine.ckpt", "checkpoint/step-1-mine.ckpt"),
+    *("rigid/checkpoint/mine.ckpt", "snapshots/frame-000009999.npz", "measures.csv", "lines.csv"),
 )
-def test_force_never_removes_what_no_run_has_written(tmp_path, foreign):
+
+
+@pytest.fixture(scope="module")
+def twins(tmp_path_factory):
+    """A result folder with that of a rigid twin in it."""
+    out = tmp_path_factory.mktemp("twins") / "out"
+    run_case(Case.from_dict(changed(LINE, {"output.rigid_twin": True})), out, comm=ALONE, figures=False)
+    return out
+
+
+@pytest.mark.parametrize("foreign", FOREIGN)
+def test_force_never_removes_what_no_run_has_written(tmp_path, twins, foreign):
     """folder.prepare: "results of an earlier run in it may be removed. Other files are never touched"."""
     out = tmp_path / "out"
-    run_case(Case.from_dict(LINE), out, comm=ALONE, figures=False)
+    shutil.copytree(twins, out)
     (out / foreign).parent.mkdir(parents=True, exist_ok=True)
     (out / foreign).write_text("mine")
-    (out / "results.json").write_text("old")
-    try:
-        run_case(Case.from_dict(LINE), out, comm=ALONE, force=True, figures=False)
-    except InputError:
-        assert (out / "results.json").read_text() == "old"
-    assert (out / foreign).read_text() == "mine"
+    before = snapshot_of(out)
+    with pytest.raises(InputError, match="no run has written"):
+        prepare(out, force=True, comm=ALONE)
+    assert snapshot_of(out) == before
+
+
+@pytest.mark.parametrize("foreign", ["run.log", "probes.csv", ".manifest", ".lock"])
+def test_force_in_a_folder_of_no_run_removes_nothing(tmp_path, foreign):
+    """A file that is called as one of ours is not ours for that."""
+    (tmp_path / foreign).write_text("mine")
+    with pytest.raises(InputError, match="--out"):
+        prepare(tmp_path, force=True, comm=ALONE)
+    assert snapshot_of(tmp_path) == {foreign: b"mine"}
+
+
+@pytest.mark.parametrize("name", [".lock", ".manifest", ".case.toml.part", "case.toml", "run.log"])
+def test_links_are_not_followed(tmp_path, name):
+    """A link in the place of a file of ours: what it names stays as it is, whatever is asked."""
+    precious, out = tmp_path / "precious", tmp_path / "out"
+    precious.write_text("mine")
+    for again in (False, True):
+        if again and name != ".case.toml.part":
+            run_case(Case.from_dict(LINE), tmp_path / "other", comm=ALONE, figures=False, force=True)
+            out = tmp_path / "other"
+            (out / name).unlink(missing_ok=True)
+        out.mkdir(exist_ok=True)
+        if not (out / name).is_symlink():
+            (out / name).symlink_to(precious)
+        with contextlib.suppress(InputError):
+            run_case(Case.from_dict(LINE), out, comm=ALONE, force=True, figures=False)
+        assert precious.read_text() == "mine"
+
+
+@pytest.mark.parametrize("kind", ["pipe", "folder", "device"])
+def test_a_lock_that_is_none_is_left_alone(tmp_path, kind):
+    """Neither a hang nor a traceback."""
+    lock = tmp_path / ".lock"
+    if kind == "pipe":
+        os.mkfifo(lock)
+    elif kind == "folder":
+        lock.mkdir()
+    else:
+        lock.symlink_to("/dev/null")
+    with pytest.raises(InputError, match=r"\.lock is no lock"):
+        prepare(tmp_path, force=True, comm=ALONE)
+    assert lock.exists()
+
+
+@pytest.mark.parametrize("left", [(".case.toml.part",), (".writable",), (".lock", ".manifest")])
+def test_what_a_kill_leaves_is_in_nobodys_way(tmp_path, left):
+    """Killed before anything was written: the same command runs, without --force."""
+    for name in left:
+        (tmp_path / name).touch()
+    command = ("run", write_case(tmp_path.with_name("mine.toml"), BARE), "--out", tmp_path)
+    for more in (("--resume",), ("--force",)):
+        assert command_line(*command, *more).status == 0
+    (tmp_path / "clean").mkdir()
+    for name in left:
+        (tmp_path / "clean" / name).touch()
+    assert command_line(*command[:-1], tmp_path / "clean").status == 0
+
+
+class Killed(BaseException):
+    """In place of SIGKILL, which no handler sees."""
+
+
+def test_killed_while_drawing_the_pictures_are_drawn_by_the_next_run(tmp_path, monkeypatch):
+    """All are there, whole, when the run is resumed; and no more is drawn then."""
+    case, out = Case.from_dict(LINE), tmp_path / "out"
+    replace = Path.replace
+
+    def killed(self, target):
+        if self.name == ".evolution.png.part":
+            raise Killed
+        return replace(self, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", killed)
+        with pytest.raises(Killed):
+            run_case(case, out, comm=ALONE)
+    assert [path.name for path in (out / "figures").glob("*.png")] == ["potential.png"]
+    done = command_line("run", "--resume", "--out", out)
+    assert (done.status, "figures" in done.out.splitlines()[0]) == (0, True)
+    pictures = {"potential.png", "evolution.png", "space-time.png", "probes.png"}
+    assert {path.name for path in (out / "figures").glob("*.png")} == pictures
+    drawn = {path.name: path.stat().st_mtime_ns for path in (out / "figures").iterdir()}
+    again = command_line("run", "--resume", "--out", out)
+    assert again.out.splitlines()[0].endswith("had ended already")
+    assert {path.name: path.stat().st_mtime_ns for path in (out / "figures").iterdir()} == drawn
+    prepare(out, force=True, comm=ALONE)
+    assert not (out / "figures").exists()
+
+
+@pytest.mark.parametrize("content", [b"", b"[]", b"{}", b"[1, 2]", b"3", b"\xff\0", b'{"steps": 1}', None])
+@pytest.mark.parametrize("command", [("run", "--resume", "--out"), ("plot",)])
+def test_results_that_are_none_are_refused(tmp_path, twins, content, command):
+    """Empty, a list, a folder: one message that names the file, exit status 2. Figures need less of it."""
+    if command == ("plot",) and content in (b"{}", b'{"steps": 1}'):
+        content = b'{"metrics": []}'
+    out = tmp_path / "out"
+    shutil.copytree(twins, out)
+    path = out / "results.json"
+    path.unlink()
+    path.mkdir() if content is None else path.write_bytes(content)
+    done = command_line(*command, out)
+    assert (done.status, "results.json" in done.err) == (2, True)
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize("name", ["results.json", "probes.csv", "case.toml", "snapshots/frame-000000010.npz"])
+def test_pipes_and_devices_are_refused(tmp_path, twins, name):
+    """What never ends is not read."""
+    out = tmp_path / "out"
+    shutil.copytree(twins, out)
+    for make in (os.mkfifo, lambda path: path.symlink_to("/dev/zero")):
+        (out / name).unlink()
+        make(out / name)
+        done = command_line("plot", out)
+        assert (done.status, name in done.err) == (2, True), done.err
 
 
 def test_force_replaces_an_earlier_run_wholly(tmp_path):
@@ -49,8 +183,8 @@ def test_force_replaces_an_earlier_run_wholly(tmp_path):
     assert (out / "rigid").exists()
     run_case(Case.from_dict(changed(LINE, {"probes": {}})), out, comm=ALONE, force=True, figures=False)
     left = {path.name for path in out.iterdir()}
-    assert left == {"case.toml", "results.json", "fields.bp", "snapshots", "checkpoint", "run.log"}
-    assert left < set(OWN)
+    written = {"case.toml", "results.json", "fields.bp", "snapshots", "checkpoint", "run.log"}
+    assert left == {*written, ".manifest"}
 
 
 def test_folder_that_cannot_be_written(tmp_path):
@@ -73,7 +207,7 @@ def test_new_and_empty_folders_are_taken(tmp_path):
         lock = prepare(path, force=False, comm=ALONE)
         assert lock is not None
         lock.release()
-        assert list(path.iterdir()) == []
+        assert [path.name for path in path.iterdir()] == [".manifest"]
 
 
 def test_names_and_numbers(tmp_path):

@@ -293,8 +293,8 @@ def test_user_options_win():
     [
         pytest.param({"snes_type": "newtonls"}, "solver.mechanics.snes_type", id="no linear solver's"),
         pytest.param({"type": "cg"}, "solver.mechanics.type", id="without its prefix"),
-        pytest.param({"ksp_type": "congugate"}, "solver.mechanics", id="no such method"),
-        pytest.param({"ksp_type": "cg", "ksp_rtol": "small"}, "solver.mechanics", id="no number"),
+        pytest.param({"ksp_type": "congugate"}, "solver.mechanics.ksp_type", id="no such method"),
+        pytest.param({"ksp_type": "cg", "ksp_rtol": "small"}, "solver.mechanics.ksp_rtol", id="no number"),
         pytest.param(
             {"ksp_rtol": 1e-8}, "solver.mechanics.ksp_rtol", id="of an iterative solver, not chosen"
         ),

@@ -87,7 +87,7 @@ WRONG = [
         ("output.fields", ("potential",), "output.fields"),
         ("output.rigid_twin", ("maybe", 1), "boolean"),
         ("solver.potential.ksp_typ", ("cg",), "solver.potential.ksp_typ"),
-        ("solver.potential.ksp_rtol", ([1.0],), "a text or a number"),
+        ("solver.potential.ksp_rtol", ([1.0], NAN, INF, -1.0, True, "small"), "give a finite number"),
         ("solver.potential.snes_rtol", (1.0,), "ksp_"),
         ("solver.potential", (1,), "PETSc options"),
     ) for value in values),

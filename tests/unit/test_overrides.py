@@ -1,12 +1,15 @@
 """``--set`` with texts and paths; what is data stays data; plain words for wrong types."""
 
+import contextlib
+import math
 from pathlib import Path
 
 from myostrain import Case, InputError
+from myostrain.solvers.options import check_options
 
 import pytest
 
-from small_cases import LINE, SHEET, changed, write_case
+from small_cases import ALONE, LINE, SHEET, changed, write_case
 
 FILE = changed(SHEET, {"geometry": {"kind": "file", "path": "in_file.msh"}})
 
@@ -94,9 +97,65 @@ def test_plain_words(changes, key, words):
         {"ksp_monitor": "ascii:x"},
         {"ksp_max_it": 10**30},
         {"ksp type": "cg"},
+        {"ksp_converged_reason": "binary"},
+        {"ksp_converged_reason": "ascii"},
+        {"ksp_monitor_solution": True},
+        {"mat_view": True},
+        {"pc_view": True},
+        {"ksp_view_mat": True},
+        {"ksp_rtol": math.nan},
+        {"ksp_rtol": -1.0},
+        {"ksp_max_it": 2.5},
+        {"ksp_max_it": True},
+        {"ksp_gmres_restart": 2**31},
+        {"pc_gamg_threshold": "0.1,inf"},
+        {"pc_type": "composite"},
+        {"pc_mg_galerkin": "both"},
+        {"sub_pc_type": "python"},
+        {"fieldsplit_u_mg_levels_3_ksp_view": ":x"},
+        {"mat_mumps_icntl_1": 6},
+        {"mat_mumps_icntl_3": 6},
+        {"mat_mumps_icntl_4": 3},
+        {"mat_mumps_icntl_22": 1},
+        {"mat_mumps_cntl_1": "x"},
+        {"options_file": "x"},
+        {"log_view": True},
     ],
+    ids=str,
 )
 def test_options_of_petsc_run_no_code_and_write_no_files(option):
     """Requirements, "Input": case files are data. PETSc would import a class or write files."""
     with pytest.raises(InputError, match=r"^solver\.potential\."):
         Case.from_dict(changed(LINE, {"solver.potential": option}))
+    with pytest.raises(InputError, match=r"^solver\.mechanics\."):
+        check_options("mechanics", option)
+
+
+@pytest.mark.parametrize(
+    "option, words",
+    [
+        ({"ksp_rtoll": 1e-3}, "did you mean 'ksp_rtol'?"),
+        ({"pc_type": "gamgg"}, "did you mean 'gamg'?"),
+        ({"fieldsplit_u_pc_gamg_treshold": 0.1}, "did you mean 'pc_gamg_threshold'?"),
+        ({"ksp_max_it": 0.5}, "an integer below 2^31, at least 0, not 0.5"),
+        ({"ksp_monitor": "true"}, "it is printed"),
+    ],
+    ids=str,
+)
+def test_options_of_petsc_say_what_is_allowed(option, words):
+    """CONTRIBUTING.md: "the key, the value and what is allowed", in scripts too."""
+    with pytest.raises(InputError) as caught:
+        check_options("mechanics", option)
+    assert words in str(caught.value)
+    assert caught.value.key == f"solver.mechanics.{next(iter(option))}"
+
+
+def test_what_petsc_prints_is_printed(tmp_path, capfd):
+    """``true`` is the whole of it: no file is written."""
+    wanted = {"ksp_type": "gmres", "ksp_monitor": True, "ksp_converged_reason": True, "ksp_view": True}
+    case = Case.from_dict(changed(LINE, {"solver.potential": wanted, "time.end": 1e-3}))
+    with contextlib.chdir(tmp_path):
+        case.simulation(ALONE).run()
+    told = capfd.readouterr().out
+    assert all(words in told for words in ("KSP Residual norm", "solve converged", "type: gmres"))
+    assert list(tmp_path.iterdir()) == []

@@ -14,14 +14,12 @@ from myostrain.activation import FibreTension
 from myostrain.case import size_estimate
 from myostrain.case.overrides import override
 from myostrain.case.parsing import (
-    dotted,
     make,
     make_placed,
     make_probes,
     make_solver,
     pick,
     plain,
-    shown,
     word,
 )
 from myostrain.case.sections import (
@@ -46,7 +44,7 @@ from myostrain.case.sections import (
 from myostrain.coupling import Electromechanics
 from myostrain.electrics import Drive, GivenPotential, InitialValues, Potential, Stimulus
 from myostrain.engine import MPI
-from myostrain.errors import InputError, nearest
+from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.mechanics.equilibrium import ImposedStretch, Mechanics
 from myostrain.run.simulation import Simulation
 from myostrain.schemes import Implicit

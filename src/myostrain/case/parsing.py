@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 import typing
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from myostrain.electrics import Place
-from myostrain.errors import InputError, nearest
+from myostrain.errors import InputError, dotted, nearest, shown
+from myostrain.solvers.options import check_options
 from myostrain.validation import Finite
 
 import pydantic
@@ -109,20 +109,6 @@ def _plain_words(error: Any, kind: str) -> str:
     return wanted.get(error["type"], f"{said[0].lower()}{said[1:]}")
 
 
-def shown(value: Any) -> str:
-    """A value for a message: short, whatever it is."""
-    try:
-        text = repr(value)
-    except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables
-        text = f"such a long {type(value).__name__}"
-    return text if len(text) <= 100 else f"{text[:90]}..."
-
-
-def dotted(*parts: str) -> str:
-    """A key for a message; a strange part is quoted and cut."""
-    return ".".join(part if part.isprintable() and 0 < len(part) <= 50 else shown(part) for part in parts)
-
-
 def make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
     """The section [probes], checked; the points' dimension shows only on the mesh."""
     checked = {}
@@ -139,7 +125,7 @@ def make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
 
 
 def make_solver(section: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """The sections [solver.potential] and [solver.mechanics], checked; PETSc checks the values."""
+    """The sections [solver.potential] and [solver.mechanics], checked."""
     for name, options in section.items():
         if name not in ("potential", "mechanics"):
             raise InputError(
@@ -147,27 +133,8 @@ def make_solver(section: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             )
         if not isinstance(options, Mapping):
             raise InputError('give PETSc options, such as { ksp_type = "cg" }', f"solver.{name}")
-        for key, value in options.items():
-            if not isinstance(value, str | int | float | bool):
-                raise InputError(f"give a text or a number, not {shown(value)}", dotted("solver", name, key))
-            _check_option(dotted("solver", name, key), key, value)
+        check_options(name, options)
     return {name: dict(options) for name, options in section.items()}
-
-
-def _check_option(where: str, key: str, value: Any) -> None:
-    """Refuse PETSc options that load code, write files, or cannot be options at all."""
-    if not re.fullmatch(r"[A-Za-z0-9_]{1,100}", key):
-        raise InputError("a PETSc option is a word, such as ksp_type", where)
-    if isinstance(value, int) and abs(value) >= 2**31:
-        raise InputError(f"give a number below 2^31, not {shown(value)}", where)
-    if isinstance(value, str) and not re.fullmatch(r"[A-Za-z0-9_.,+-]{1,100}", value):
-        raise InputError(f"give a word or a number, not {shown(value)}", where)
-    if any(word in f"{key} {value}".lower() for word in ("python", "shell", "plugin", "binary_", "file")):
-        raise InputError(
-            "this option runs code or reads and writes files; a case file holds data only", where
-        )
-    if ("view" in key or "monitor" in key) and isinstance(value, str):
-        raise InputError("give true: it is printed, not written to a file", where)
 
 
 def word(thing: Any, choices: Mapping[str, Any]) -> str:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from myostrain.case.case import Case
 from myostrain.engine import MPI
+from myostrain.errors import InputError
 from myostrain.output import published
-from myostrain.output.folder import on_first, write_atomically
+from myostrain.output.folder import load_results, on_first, write_atomically
+from myostrain.output.lock import FolderLock
 from myostrain.output.log import RunLog, log_end, log_start
+from myostrain.output.manifest import claim
 from myostrain.run.simulation import Progress
+
+#: Is in the result folder while figures are drawn.
+DRAWING = ".drawing"
 
 #: Metrics of the rigid twin that are compared.
 COMPARED = ("celerity", "width_material", "width_spatial")
@@ -49,12 +55,12 @@ def run_case(
         Interrupted: A signal ended it after a checkpoint.
     """
     out = Path(out)
-    if resume and comm.bcast((out / "results.json").exists() if comm.rank == 0 else None, root=0):
-        _draw(out, comm, wanted=figures and not (out / "figures").exists())
-        return load_results(out)
+    if resume and (ended := _ended(out, comm)):
+        _draw(out, comm, wanted=figures and pictures_missing(out))
+        return ended
     simulation = case.simulation(comm, out, force, resume)
     try:
-        on_first(comm, lambda: write_atomically(out / "case.toml", case.to_toml()), out / "case.toml")
+        on_first(comm, partial(_begin, case, out), out / "case.toml")
         with RunLog(out, comm, append=resume):
             log_start(case.parameters, simulation.model, comm.size)
             twin: dict[str, Any] | None = None
@@ -86,13 +92,49 @@ def run_case(
     return results
 
 
+def _begin(case: Case, out: Path) -> None:
+    if case.output.rigid_twin:
+        claim(out / "rigid")
+    write_atomically(out / "case.toml", case.to_toml())
+
+
+def _ended(out: Path, comm: Any) -> dict[str, Any] | None:
+    """The results of a run that has ended, None of one that has not (collective)."""
+    found: dict[str, Any] | InputError | None = None
+    if comm.rank == 0 and (out / "results.json").exists():
+        try:
+            found = load_results(out)
+        except InputError as error:
+            found = error
+    found = comm.bcast(found, root=0)
+    if isinstance(found, InputError):
+        raise found
+    return found
+
+
 def _draw(out: Path, comm: Any, *, wanted: bool) -> None:
-    """Draw the figures of a run that has ended, on the first process."""
+    """Draw the figures of a run that has ended, on the first process.
+
+    Until all are there the folder says so, and a run that is killed meanwhile draws them when it is resumed.
+    """
     if wanted and comm.rank == 0 and (out / "snapshots").is_dir():
         from myostrain.output.figures.draw import draw
+        from myostrain.output.figures.style import writing
 
-        draw(out)
+        with writing(out):
+            lock = FolderLock(out)
+            write_atomically(out / DRAWING)
+        try:
+            draw(out)
+            (out / DRAWING).unlink(missing_ok=True)
+        finally:
+            lock.release()
     comm.Barrier()
+
+
+def pictures_missing(out: Path) -> bool:
+    """Whether a run that has ended was stopped before all its figures were drawn."""
+    return (out / "snapshots").is_dir() and (not (out / "figures").exists() or (out / DRAWING).exists())
 
 
 def compare(metrics: dict[str, Any], rigid: dict[str, Any]) -> dict[str, Any]:
@@ -103,8 +145,3 @@ def compare(metrics: dict[str, Any], rigid: dict[str, Any]) -> dict[str, Any]:
         found[f"{name}_rigid"] = other
         found[f"{name}_ratio"] = own / other if own is not None and other else None
     return found
-
-
-def load_results(folder: Path) -> dict[str, Any]:
-    """Read ``results.json`` of a folder."""
-    return dict(json.loads((folder / "results.json").read_text(encoding="utf-8")))

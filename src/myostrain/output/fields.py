@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from myostrain.engine import fem, jit_options, lasting
 from myostrain.errors import InputError
 from myostrain.output.folder import discard, on_first, part_of
+from myostrain.output.manifest import claim, claimed, make_folder
 from myostrain.output.ordering import Ordering
 from myostrain.output.snapshots import VECTORS, Snapshots, SnapshotWriter
 
@@ -141,13 +142,14 @@ def write_vtx(folder: Path, space: fem.FunctionSpace, vectors: fem.FunctionSpace
     scalar = Ordering(space)
     needed = len(times) * _frame_bytes(space, list(fields))
 
-    def claim() -> None:
+    def make_room() -> None:
         if needed > shutil.disk_usage(folder).free:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         discard(part)
+        claim(path)
         part.mkdir()
 
-    on_first(comm, claim, path)
+    on_first(comm, make_room, path)
     try:
         with dolfinx.io.VTXWriter(comm, part, list(fields.values())) as vtx:
             for frame, time in enumerate(times):
@@ -167,8 +169,14 @@ def _field(opened: Callable[[Path], Snapshots], folder: Path, name: str, frame: 
 
 
 def _replace(part: Path, path: Path) -> None:
-    discard(path)
-    part.rename(path)
+    make_folder(path)
+    own = claimed(path.parent)
+    for old in path.iterdir():
+        if f"{path.name}/{old.name}" in own:
+            old.unlink()
+    for new in part.iterdir():
+        claim(path / new.name)
+        new.replace(path / new.name)
 
 
 def _frame_bytes(space: fem.FunctionSpace, names: Sequence[str]) -> float:

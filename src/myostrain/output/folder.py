@@ -7,46 +7,15 @@ import errno
 import json
 import math
 import os
-import re
 import shutil
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from myostrain.errors import ComputationError, InputError
+from myostrain.output import manifest
 from myostrain.output.lock import FolderLock
-
-#: What a run writes, and so all that ``force`` may remove.
-OWN = (
-    "case.toml",
-    "results.json",
-    "failure.json",
-    "probes.csv",
-    "measures.csv",
-    "lines.csv",
-    "fields.bp",
-    "snapshots",
-    "figures",
-    "rigid",
-    "checkpoint",
-    "run.log",
-    ".lock",
-    ".case.toml.part",
-    ".results.json.part",
-    ".failure.json.part",
-    ".fields.bp.part",
-    ".writable",
-)
-
-#: What a run draws.
-FIGURES = (
-    *(f"{name}.png" for name in ("potential", "evolution", "space-time", "displacement", "stress")),
-    *(f"{name}.png" for name in ("activation", "fibres", "land", "probes")),
-    "animation.gif",
-)
-
-#: Names of the files in ``snapshots``.
-SNAPSHOTS = re.compile(r"(mesh|activation|frame-\d+)\.npz|\.(mesh|activation|frame-\d+)\.npz\.part")
 
 
 def prepare(path: Path, *, force: bool, comm: Any, resume: bool = False) -> FolderLock | None:
@@ -84,9 +53,10 @@ def _prepare(path: Path, force: bool, resume: bool) -> FolderLock:
     path.mkdir(parents=True, exist_ok=True)
     lock = FolderLock(path)
     try:
-        held = sorted(p.name for p in path.iterdir() if p.name != ".lock")
+        held = sorted(p.name for p in path.iterdir() if not manifest.LEAVINGS.fullmatch(p.name))
         if resume:
-            discard(path / "failure.json")
+            if "failure.json" in manifest.claimed(path):
+                discard(path / "failure.json")
         elif held and not force:
             some = ", ".join(held[:3])
             raise InputError(
@@ -95,41 +65,20 @@ def _prepare(path: Path, force: bool, resume: bool) -> FolderLock:
                 "--out",
             )
         else:
-            strange = [name for name in held if name not in OWN] + _foreign(path)
-            if strange:
+            if strange := manifest.others(path):
                 some = ", ".join(strange[:3])
                 raise InputError(
-                    f"the folder {path} holds what no run has written ({some}); name another folder", "--out"
+                    f"the folder {path} holds what no run has written ({some}), as its {manifest.NAME} says; "
+                    "nothing was removed: move that away, or name another folder",
+                    "--out",
                 )
-            for name in held:
-                discard(path / name)
-        probe = path / ".writable"
-        probe.touch()
-        probe.unlink()
+            manifest.clear(path)
+        manifest.begin(path)
+        manifest.claim(path / "failure.json")  # now, as a full disk may be what it is about
     except BaseException:
         lock.release()
         raise
     return lock
-
-
-def _foreign(path: Path) -> list[str]:
-    """Files in the folders of a run that no run has written."""
-    pictures = path / "figures"
-    found = (
-        [f"figures/{p.name}" for p in pictures.iterdir() if p.name not in FIGURES]
-        if pictures.is_dir()
-        else []
-    )
-    frames = path / "snapshots"
-    if frames.is_dir():
-        found += [f"snapshots/{p.name}" for p in frames.iterdir() if not SNAPSHOTS.fullmatch(p.name)]
-    saved = path / "checkpoint"
-    if saved.is_dir():
-        found += [f"checkpoint/{p.name}" for p in saved.iterdir() if ".ckpt" not in p.suffixes]
-    twin = path / "rigid"
-    if twin.is_dir():
-        found += [f"rigid/{p.name}" for p in twin.iterdir() if p.name not in OWN]
-    return found
 
 
 def free_name(base: Path) -> Path:
@@ -181,8 +130,10 @@ def on_first(comm: Any, action: Callable[[], object], path: Path) -> None:
 def write_atomically(path: Path, *contents: Any) -> None:
     """Write a file so that it is there whole or not at all; text in UTF-8, bytes as they are."""
     temporary = part_of(path)
+    manifest.claim(path)
     try:
-        with temporary.open("wb") as stream:
+        temporary.unlink(missing_ok=True)  # what a killed run left, and a link is not followed
+        with temporary.open("xb") as stream:
             for content in contents:
                 stream.write(content.encode() if isinstance(content, str) else content)
             stream.flush()
@@ -192,6 +143,47 @@ def write_atomically(path: Path, *contents: Any) -> None:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
         raise
+
+
+def read_regular(path: Path, limit: int = -1) -> bytes:
+    """What a file holds; a device or a pipe, which may never end, is refused.
+
+    Args:
+        path: The file.
+        limit: Number of bytes to read at most.
+
+    Raises:
+        OSError: It cannot be read, or is no regular file.
+    """
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    with os.fdopen(handle, "rb") as stream:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise OSError(errno.EINVAL, "it is no regular file")
+        return stream.read(limit)
+
+
+def load_results(folder: Path) -> dict[str, Any]:
+    """What ``results.json`` of a result folder holds.
+
+    Raises:
+        InputError: It cannot be read, or no run has written it.
+    """
+    path = folder / "results.json"
+    try:
+        found = json.loads(read_regular(path))
+        numbers = [*found["metrics"].values(), *found["seconds"].values(), found["steps"], found["time"]]
+        for number in numbers:
+            if number is not None:
+                float(number)
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        why = getattr(error, "strerror", None) or (
+            f"no {error}" if isinstance(error, KeyError) else str(error) or type(error).__name__
+        )
+        raise InputError(
+            f"{path} cannot be read, it is damaged or no run wrote it ({why}); put it back, or remove it and "
+            "go on with --resume"
+        ) from error
+    return dict(found)
 
 
 def write_json(path: Path, data: Any) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from myostrain.engine import PETSc, jit_options, versions
 from myostrain.errors import MyostrainError
+from myostrain.output.manifest import claim
 from myostrain.output.results import unknowns
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ class RunLog:
                 warnings.showwarning = self._warn  # type: ignore[assignment]
             _open.append(logging.NullHandler())
             with contextlib.suppress(OSError):
+                claim(self._path)
                 _open[-1] = _LogFile(self._path, self._mode, encoding="utf-8")
             _open[-1].setFormatter(_format)
             logger.addHandler(_open[-1])

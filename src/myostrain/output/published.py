@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import logging
 import tomllib
 from collections.abc import Mapping
@@ -11,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from myostrain.output.folder import on_first
+from myostrain.output.folder import on_first, write_atomically
 
 import numpy as np
 import numpy.typing as npt
@@ -184,12 +185,13 @@ def write(found: Mapping[str, Any], lines: Mapping[str, Array], benchmark: Bench
             "%s: %.4f, %s what is published, %g to %g; %+.2f %% from converged",
             *(name, entry["value"], verdict, low, high, 100 * entry["error"]),
         )
-    with (out / "lines.csv").open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow(["line", "X", "Y", "Z", "x", "y", "z"])
-        for name, deformed in lines.items():
-            for X, x in zip(benchmark.lines[name].points, deformed, strict=True):
-                table.writerow([name, *(f"{value:.9g}" for value in (*X, *x))])
+    text = io.StringIO(newline="")
+    table = csv.writer(text)
+    table.writerow(["line", "X", "Y", "Z", "x", "y", "z"])
+    for name, deformed in lines.items():
+        for X, x in zip(benchmark.lines[name].points, deformed, strict=True):
+            table.writerow([name, *(f"{value:.9g}" for value in (*X, *x))])
+    write_atomically(out / "lines.csv", text.getvalue())
 
 
 def compare(name: str, mechanics: Mechanics | None, out: Path, comm: Any) -> dict[str, Any]:

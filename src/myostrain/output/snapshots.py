@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from myostrain.errors import InputError
-from myostrain.output.folder import on_first, write_atomically
+from myostrain.output.folder import on_first, read_regular, write_atomically
+from myostrain.output.manifest import make_folder
 
 import numpy as np
 import numpy.typing as npt
@@ -101,7 +102,7 @@ class SnapshotWriter:
 
         def remove() -> None:
             late = [path for number, path in frame_paths(self._folder).items() if number > step]
-            for path in (*late, *folder.glob(".*.part"), folder / "activation.npz"):
+            for path in (*late, *folder.glob(".frame-*.npz.part"), folder / "activation.npz"):
                 path.unlink(missing_ok=True)
 
         on_first(self._comm, remove, folder)
@@ -117,7 +118,7 @@ class SnapshotWriter:
 
         def save() -> None:
             if name == "mesh.npz":
-                path.parent.mkdir(exist_ok=True)
+                make_folder(path.parent)
             # In memory first: a zip file that cannot be completed fails in ways of its own.
             content = io.BytesIO()
             np.savez(content, **arrays)
@@ -184,7 +185,7 @@ def _opened(path: Path) -> Iterator[Any]:
     """A file of arrays, open for reading; whatever is wrong with it is an :class:`InputError`."""
     damage = (OSError, ValueError, TypeError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile)
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with np.load(io.BytesIO(read_regular(path)), allow_pickle=False) as arrays:
             yield arrays
     except damage as error:
         then = "remove it to go without this frame" if FRAME.fullmatch(path.name) else "run the case again"

@@ -12,6 +12,7 @@ from myostrain.engine import lasting
 from myostrain.errors import InputError
 from myostrain.mechanics.ellipticity import EllipticityMonitor
 from myostrain.output.folder import on_first
+from myostrain.output.manifest import claim
 from myostrain.output.measures import Measures
 from myostrain.output.peaks import Peaks
 from myostrain.output.probes import Probes
@@ -48,6 +49,7 @@ class Table:
                 )
 
         def begin() -> None:
+            claim(path)
             self._stream = path.open("a" if size is not None else "w", newline="", encoding="utf-8")
             if size is not None:
                 self._stream.truncate(size)

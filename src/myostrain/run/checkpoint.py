@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 from myostrain.engine import fem, lasting
 from myostrain.errors import InputError
 from myostrain.output.folder import on_first, write_atomically
+from myostrain.output.manifest import make_folder
 from myostrain.output.ordering import Ordering
 from myostrain.state import FieldState, State
 
@@ -20,6 +22,9 @@ import numpy as np
 
 #: First line of every checkpoint: what it is, and the version of its format.
 FORMAT = "myostrain checkpoint 1"
+
+#: Names of the files.
+NAMES = re.compile(r"step-\d{9,}\.ckpt")
 
 #: How many are kept.
 KEPT = 2
@@ -60,7 +65,7 @@ class Checkpoints:
             text = json.dumps(tree).encode()
             np.savez(content, state=np.frombuffer(text, dtype=np.uint8), **arrays)
             payload = content.getbuffer()
-            self.folder.mkdir(exist_ok=True)
+            make_folder(self.folder)
             header = f"{FORMAT}\n{_digest(FORMAT, payload)}\n".encode()
             write_atomically(path, header, payload)
             _sync_folder(self.folder)
@@ -71,7 +76,7 @@ class Checkpoints:
 
     def files(self) -> list[Path]:
         """The checkpoints that are there, newest first."""
-        return sorted(self.folder.glob("step-*.ckpt"), reverse=True)
+        return sorted((p for p in self.folder.glob("*.ckpt") if NAMES.fullmatch(p.name)), reverse=True)
 
     def latest(self) -> tuple[State | None, list[str]]:
         """The newest undamaged state, None if there is no checkpoint; and what was wrong with newer ones.

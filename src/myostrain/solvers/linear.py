@@ -11,6 +11,7 @@ from typing import Any
 
 from myostrain.engine import PETSc, fem, lasting
 from myostrain.errors import ComputationError, InputError
+from myostrain.solvers.options import check_options, without_viewers
 from myostrain.state import State
 
 import numpy as np
@@ -60,16 +61,12 @@ def make_ksp(
         fields: Names and numbers of the unknowns that a preconditioner by blocks tells apart.
 
     Raises:
-        InputError: An option is not one of a linear solver, or PETSc refuses its value.
+        InputError: An option may not be set, or not to its value, or PETSc refuses it.
     """
-    for key in options or {}:
-        if not key.startswith(("ksp_", "pc_", "mat_", "sub_", "mg_", "fieldsplit_")):
-            raise InputError(
-                "no option of a linear solver: they begin with ksp_, pc_ or mat_", f"solver.{name}.{key}"
-            )
+    check_options(name, options)
     prefix = f"myostrain_{name}_{next(_numbers)}_"
     database: Any = PETSc.Options(prefix)
-    for key, value in {**defaults, **(options or {})}.items():
+    for key, value in {**defaults, **without_viewers(options)}.items():
         database[key] = value
     ksp = PETSc.KSP().create(matrix.comm)
     ksp.setOptionsPrefix(prefix)

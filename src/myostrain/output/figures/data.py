@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
+from myostrain.output.folder import read_regular
 from myostrain.output.snapshots import Snapshots
 
 import numpy as np
@@ -102,14 +103,14 @@ class Recording:
         path = self.folder / "probes.csv"
         if not path.exists():
             return np.empty(0), {}
-        with path.open(newline="", encoding="utf-8") as stream:
-            header, *rows = list(csv.reader(stream)) or [[]]
-        whole = [row for row in rows if len(row) == len(header)]
         try:
+            lines = read_regular(path).decode().splitlines()
+            header, *rows = list(csv.reader(lines)) or [[]]
+            whole = [row for row in rows if len(row) == len(header)]
             table = np.array(whole, dtype=float).reshape(len(whole), len(header)).T
             columns = dict(zip(header, table, strict=True))
             times = columns.pop("time")
-        except (ValueError, KeyError) as error:
+        except (OSError, ValueError, KeyError, csv.Error) as error:
             raise InputError(
                 f"{path} cannot be read as a table of numbers: {error}; remove it or repair it"
             ) from error
@@ -121,6 +122,10 @@ def _parsed(path: Path, parse: Any) -> dict[str, Any]:
     if not path.exists():
         return {}
     try:
-        return dict(parse(path.read_text(encoding="utf-8")))
-    except ValueError as error:
+        found = parse(read_regular(path).decode())
+        parts = (found, found.get("metrics", {}), found.get("probes", {}))
+        if not all(isinstance(part, dict) for part in parts):
+            raise ValueError("it is no table of metrics and probes")
+    except (OSError, ValueError, AttributeError, RecursionError) as error:
         raise InputError(f"{path} cannot be read: {error}; repair it or remove it") from error
+    return dict(found)

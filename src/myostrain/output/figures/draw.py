@@ -10,6 +10,7 @@ from myostrain.output.figures.published import draw_benchmark
 from myostrain.output.figures.sheet import draw_sheet
 from myostrain.output.figures.solid import draw_solid
 from myostrain.output.figures.style import COLOURS, GREY, SEQUENTIAL, new_figure, plain, save, style, writing
+from myostrain.output.manifest import make_folder
 
 from matplotlib import colormaps
 
@@ -41,7 +42,7 @@ def draw(folder: Path) -> list[Path]:
     figures = folder / "figures"
     with style():
         with writing(figures):
-            figures.mkdir(exist_ok=True)
+            make_folder(figures)
         written = []
         if len(run.time) and run.dim == 1:
             written += draw_line(run, twin, figures)
@@ -50,7 +51,7 @@ def draw(folder: Path) -> list[Path]:
         elif len(run.time) and run.dim == 3:
             written += draw_solid(run, figures)
         written += _probes(run, figures / "probes.png")
-    return written + (draw_benchmark(folder) if run.results else [])
+    return written + (draw_benchmark(folder, run.results) if run.results else [])
 
 
 def _probes(run: Recording, path: Path) -> list[Path]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
 from typing import Any
 
+from myostrain.errors import InputError
 from myostrain.output.figures.style import COLOURS, GREY, new_figure, save, style, writing
+from myostrain.output.folder import read_regular
+from myostrain.output.manifest import make_folder
 from myostrain.output.published import STRAINS, Benchmark, find, wall_strains
 
 import numpy as np
@@ -17,11 +19,12 @@ from matplotlib.axes import Axes
 Array = npt.NDArray[np.float64]
 
 
-def draw_benchmark(folder: Path) -> list[Path]:
+def draw_benchmark(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Draw ``figures/land.png`` of a run with published numbers beside it: deformed lines and their strains.
 
     Args:
         folder: The result folder.
+        results: Its ``results.json``.
 
     Returns:
         The file written; none where there is nothing to compare with.
@@ -30,14 +33,13 @@ def draw_benchmark(folder: Path) -> list[Path]:
         InputError: It cannot be written.
     """
     file = folder / "lines.csv"
-    results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
     benchmark = find(results.get("case", ""))
-    if benchmark is None or not file.is_file():
+    if benchmark is None or "benchmark" not in results or not file.exists():
         return []
     lines = _lines(file)
     figures = folder / "figures"
     with writing(figures):
-        figures.mkdir(exist_ok=True)
+        make_folder(figures)
     with style():
         figure = new_figure(7.2, 5.4 if benchmark.strains else 4.2, results["parameters"].get("title", ""))
         if benchmark.strains:
@@ -53,10 +55,12 @@ def draw_benchmark(folder: Path) -> list[Path]:
 def _lines(file: Path) -> dict[str, tuple[Array, Array]]:
     """Positions (n, 3) by line, at rest and deformed."""
     rows: dict[str, list[list[float]]] = {}
-    with file.open(newline="", encoding="utf-8") as stream:
-        for name, *numbers in list(csv.reader(stream))[1:]:
+    try:
+        for name, *numbers in list(csv.reader(read_regular(file).decode().splitlines()))[1:]:
             rows.setdefault(name, []).append([float(number) for number in numbers])
-    return {name: (np.array(table)[:, :3], np.array(table)[:, 3:]) for name, table in rows.items()}
+        return {name: (np.array(table)[:, :3], np.array(table)[:, 3:6]) for name, table in rows.items()}
+    except (OSError, ValueError, IndexError, csv.Error) as error:
+        raise InputError(f"{file} cannot be read: {error}; repair it or remove it") from error
 
 
 def _said(benchmark: Benchmark, found: dict[str, Any]) -> str:

@@ -18,8 +18,8 @@ from myostrain.output.figures.style import (
     plain,
     potential_range,
     save,
+    save_film,
     symmetric_range,
-    writing,
 )
 
 import numpy as np
@@ -216,9 +216,7 @@ def _film(recording: Recording, path: Path) -> Path:
         whole = Image.frombuffer("RGBA", (width, height), page, "raw", "RGBA", 0, 1).convert("RGB")
         images.append(whole.quantize(palette=palette, dither=Image.Dither.NONE))
     pace = [PACE] * (len(images) - 1) + [REST]
-    with writing(path):
-        images[0].save(path, save_all=True, append_images=images[1:], duration=pace, loop=0, optimize=False)
-    return path
+    return save_film(images, pace, path)
 
 
 def _palette() -> Image.Image:

@@ -22,8 +22,8 @@ from myostrain.output.figures.style import (
     plain,
     potential_range,
     save,
+    save_film,
     symmetric_range,
-    writing,
 )
 
 import numpy as np
@@ -198,11 +198,7 @@ class _Solid:
         palette = _palette(images)
         frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
         pace = [PACE] * (len(frames) - 1) + [REST]
-        with writing(path):
-            frames[0].save(
-                path, save_all=True, append_images=frames[1:], duration=pace, loop=0, optimize=False
-            )
-        return path
+        return save_film(frames, pace, path)
 
 
 def _mark(panel: Any, scene: Scene, probes: dict[str, Array]) -> None:

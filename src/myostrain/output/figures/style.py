@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from myostrain.errors import InputError
+from myostrain.output.folder import write_atomically
 
 import matplotlib.style
 import numpy as np
@@ -16,6 +18,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from PIL import Image
 
 #: Dots per inch of the still pictures.
 DPI = 150
@@ -93,8 +96,39 @@ def save(figure: Figure, path: Path) -> Path:
     Raises:
         InputError: It cannot be written.
     """
+    content = io.BytesIO()
+    figure.savefig(content, dpi=DPI, format=path.suffix.removeprefix(".") or "png")
     with writing(path):
-        figure.savefig(path, dpi=DPI)
+        write_atomically(path, content.getvalue())
+    return path
+
+
+def save_film(images: Sequence[Image.Image], paces: Sequence[int], path: Path) -> Path:
+    """Write a film.
+
+    Args:
+        images: Its pictures.
+        paces: Milliseconds that each is shown.
+        path: Where to, replaced if it exists.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: It cannot be written.
+    """
+    content = io.BytesIO()
+    images[0].save(
+        content,
+        format="GIF",
+        save_all=True,
+        append_images=images[1:],
+        duration=list(paces),
+        loop=0,
+        optimize=False,
+    )
+    with writing(path):
+        write_atomically(path, content.getvalue())
     return path
 
 
