@@ -24,12 +24,14 @@ if TYPE_CHECKING:
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
     from myostrain.mechanics import ImposedStretch, Mechanics
+    from myostrain.run.schedule import Callback
     from myostrain.run.simulation import Simulation
     from myostrain.schemes import Implicit, SecondOrder, Staggered
 
     __version__: str
 
 __all__ = [
+    "Callback",
     "Case",
     "ComputationError",
     "Drive",
@@ -67,6 +69,7 @@ _MODULES = {
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),
     "mechanics": ("ImposedStretch", "Mechanics"),
+    "run.schedule": ("Callback",),
     "run.simulation": ("Simulation",),
     "schemes": ("Implicit", "SecondOrder", "Staggered"),
 }

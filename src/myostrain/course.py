@@ -44,3 +44,22 @@ def value_at(course: Course, time: float) -> float:
         return float(course)
     times, values = np.array(course).T
     return float(np.interp(time, times, values))
+
+
+def missed_peaks(course: Course, step: float, end: float) -> list[tuple[float, float]]:
+    """Peaks (time, value) of a course that lie between two steps, so that nothing sees them.
+
+    Args:
+        course: The course.
+        step: Time step.
+        end: Time at which the run ends.
+    """
+    if not isinstance(course, Sequence):
+        return []
+    found = []
+    for (_, before), (time, value), (_, after) in zip(course, course[1:], course[2:], strict=False):
+        peak = (value - before) * (value - after) > 0
+        steps = time / step
+        if peak and 0 < time < end and abs(steps - round(steps)) > 1e-6:
+            found.append((float(time), float(value)))
+    return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -42,12 +43,15 @@ from myostrain.case.sections import (
     UnitsSection,
 )
 from myostrain.coupling import Electromechanics
+from myostrain.course import missed_peaks
 from myostrain.electrics import Drive, GivenPotential, InitialValues, Potential, Stimulus
 from myostrain.engine import MPI
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.mechanics.equilibrium import ImposedStretch, Mechanics
 from myostrain.run.simulation import Simulation
 from myostrain.schemes import Implicit
+
+log = logging.getLogger("myostrain")
 
 #: Bytes of a case file at most: a larger one is something else.
 MAX_FILE = 1_000_000
@@ -114,7 +118,7 @@ class Case:
             raise InputError(f"{path} cannot be read: {error.strerror}") from error
         if not data:
             raise InputError(f"{path} holds no case: it has no section")
-        for form in (data.get("geometry"), data.get("fibres")):
+        for form in (data.get("geometry"), data.get("fibres"), data.get("drive")):
             if isinstance(form, dict) and isinstance(form.get("path"), str):
                 form["path"] = str(path.parent.absolute() / form["path"])
         override(data, overrides)
@@ -175,7 +179,7 @@ class Case:
         material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
         scheme = pick(part["time"], "time.scheme", SCHEMES, "second-order")
 
-        for section in ("geometry", "fibres"):
+        for section in ("geometry", "fibres", "drive"):
             if isinstance(part[section].get("path"), str):
                 part[section]["path"] = _whole(folder, part[section]["path"], f"{section}.path")
         constraint = _take(part["mechanics"], kin)
@@ -232,6 +236,7 @@ class Case:
         }
         if made["mechanics"].ellipticity == "warn" and kin.dim < 3:
             raise InputError("only a solid's is sampled; leave it out", "mechanics.ellipticity")
+        _check_units(made["units"], made["cell"])
         texts = {"name": data.get("name", name)}
         texts |= {"title": data.get("title", texts["name"]), "cost": data.get("cost", "")}
         return cls(**texts, **made, parameters=_resolved(texts, made))
@@ -298,6 +303,22 @@ class Case:
             return 1.0
         return geometry.transmural(body, ends, self.transmural.transmural_between)
 
+    def _warn_of_missed_peaks(self, step: float) -> None:
+        """Warn of peaks in time that lie between two steps, where nothing sees them."""
+        courses = {f"mechanics.pressure.{k}": c for k, c in (self.mechanics.pressure or {}).items()}
+        if self.drive is not None:
+            courses["drive.potential"] = self.drive.potential
+        for key, course in courses.items():
+            for time, value in missed_peaks(course, step, self.time.end):
+                log.warning(
+                    "%s: its peak %g at t = %g lies between two steps of %g and is not reached; take steps "
+                    "that hit it",
+                    key,
+                    value,
+                    time,
+                    step,
+                )
+
     def simulation(
         self,
         comm: Any = MPI.COMM_WORLD,
@@ -315,7 +336,7 @@ class Case:
         begin = time.perf_counter()
         size_estimate.check(self, out, comm)
         model = self.build(comm)
-        return Simulation(
+        simulation = Simulation(
             model,
             step=self.time.step,
             end=self.time.end,
@@ -331,6 +352,24 @@ class Case:
             case={"name": self.name, "parameters": self.parameters},
             setup_seconds=time.perf_counter() - begin,
         )
+        self._warn_of_missed_peaks(simulation.step)
+        return simulation
+
+
+def _check_units(units: UnitsSection, membrane: Any) -> None:
+    """Refuse units that contradict those which the membrane declares.
+
+    Raises:
+        InputError: They do.
+    """
+    for name in ("time", "potential"):
+        declared, given = getattr(membrane, f"{name}_unit", None), getattr(units, name)
+        if declared is not None and given is not None and declared != given:
+            raise InputError(
+                f"{type(membrane).__name__} counts the {name} in {declared}, not {given}; nothing is "
+                f'converted: give "{declared}", and all numbers of the case in it',
+                f"units.{name}",
+            )
 
 
 def _check_drive(data: Mapping[str, Any]) -> None:

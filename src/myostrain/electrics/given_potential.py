@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import zipfile
+from pathlib import Path
 from typing import Any
 
 from myostrain.course import Course, value_at
-from myostrain.engine import fem
-from myostrain.geometry import Body
+from myostrain.engine import MPI, fem
+from myostrain.errors import InputError
+from myostrain.geometry import Body, readable
 from myostrain.state import State
 from myostrain.validation import description
 
@@ -18,13 +21,18 @@ Array = npt.NDArray[np.float64]
 
 @description
 class Drive:
-    """The potential over time, the same in the whole body.
+    """The potential over time, and over space where a file gives its pattern.
 
     Args:
-        potential: v, non-dimensional: a number, or points (time, v) joined by straight lines.
+        potential: v: a number, or points (time, v) joined by straight lines; the same in the whole body
+            without a file.
+        path: A .npz file of NumPy with ``points`` (n, dim) and ``pattern`` (n,): a factor on v at these
+            points, one of which at least is at each node of the mesh or nearer to it than half a cell. With
+            γ = −β v it is a pattern of the active strain too. In a case file, relative to its folder.
     """
 
     potential: Course = 0.0
+    path: Path | None = None
 
 
 class GivenPotential:
@@ -33,7 +41,10 @@ class GivenPotential:
     Args:
         body: The reference body.
         drive: The potential over time; zero unless given.
-        pattern: Factor on it at the nodes of P1, (nodes,); one everywhere unless given.
+        pattern: Factor on it at the nodes of P1, (nodes,), in place of the drive's file; one unless given.
+
+    Raises:
+        InputError: The file cannot be read, or has no point near some node.
 
     Attributes:
         v: The potential, P1.
@@ -51,7 +62,9 @@ class GivenPotential:
         self.v = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1)), name="potential")
         self.states: Array = np.zeros((0, len(self.v.x.array)))
         self.seconds = 0.0
-        self._pattern = 1.0 if pattern is None else pattern
+        self._pattern: Any = 1.0 if pattern is None else pattern
+        if pattern is None and self.drive.path is not None:
+            self._pattern = _pattern(self.drive.path, body, self.v.function_space)
         self._put(0.0)
 
     def __repr__(self) -> str:
@@ -113,3 +126,42 @@ class GivenPotential:
         """Go on from a state."""
         self._value = state["value"]
         self.v.x.array[:] = self._value * self._pattern
+
+
+def _pattern(path: Path, body: Body, space: fem.FunctionSpace) -> Array:
+    """Values (nodes,) of a file at the nodes of a P1 space, each of the nearest point."""
+    from scipy.spatial import KDTree  # takes a tenth of a second, which others need not wait for
+
+    key, problem, points, values = "drive.path", "", np.zeros((0, 3)), np.zeros(0)
+    if body.comm.rank == 0:
+        try:
+            readable(path, key)
+            with np.load(path, allow_pickle=False) as data:
+                if missing := {"points", "pattern"} - set(data.files):
+                    raise InputError(f"{path} has no array '{missing.pop()}'; give points and pattern")
+                points, values = data["points"], data["pattern"]
+            good = points.ndim == 2 and points.shape[1] >= body.dim and values.shape == points.shape[:1]
+            if not good or points.dtype.kind not in "fiu" or values.dtype.kind not in "fiu":
+                problem = f"{path} needs real numbers: points (n, {body.dim}) and pattern (n,)"
+            elif not (np.isfinite(points).all() and np.isfinite(values).all()):
+                problem = f"{path} holds numbers that are not finite"
+        except InputError as error:
+            problem = str(error).removeprefix(f"{key}: ")
+        except (OSError, ValueError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+            problem = f"{path} cannot be read as .npz: {error}"
+    problem, points, values = body.comm.bcast((problem, points, values), root=0)
+    if problem:
+        raise InputError(problem, key)
+    X = space.tabulate_dof_coordinates()[:, : body.dim]
+    cells = np.asarray(space.dofmap.list)
+    size = np.linalg.norm(X[cells] - X[np.roll(cells, 1, axis=1)], axis=2).max(initial=0.0)
+    size = body.comm.allreduce(float(size), op=MPI.MAX)
+    distances, nearest = KDTree(points[:, : body.dim]).query(X)
+    worst = body.comm.allreduce(float(distances.max(initial=0.0)), op=MPI.MAX)
+    if worst > size / 2:
+        raise InputError(
+            f"{path} has no point nearer than {worst:.4g} to some node of the mesh, whose cells are up to "
+            f"{size:.4g} long; give its pattern at the nodes",
+            key,
+        )
+    return np.asarray(values[nearest], dtype=float)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from typing import Any
 
 
 class Schedule:
@@ -40,6 +38,27 @@ class Schedule:
     def due(self, step: int) -> bool:
         """Whether it is time after so many steps."""
         return step % self.every == 0 or step == self._last
+
+
+class CheckpointClock:
+    """Says when a checkpoint is due by the wall clock.
+
+    Args:
+        seconds: Between two; longer where a checkpoint takes over a fiftieth of that.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = self._interval = seconds
+        self._last = time.monotonic()
+
+    def due(self) -> bool:
+        """Whether it is time."""
+        return time.monotonic() - self._last >= self._interval
+
+    def written(self, cost: float) -> None:
+        """A checkpoint was written, in so many seconds."""
+        self._interval = max(self._seconds, 50 * cost)
+        self._last = time.monotonic()
 
 
 @dataclass(frozen=True)

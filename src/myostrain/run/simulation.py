@@ -22,7 +22,7 @@ from myostrain.output.table import MeasureTable, ProbeTable
 from myostrain.run.checkpoint import Checkpoints
 from myostrain.run.interrupts import Interrupts
 from myostrain.run.retries import Recovery, check_finite
-from myostrain.run.schedule import Callback, Schedule, callbacks
+from myostrain.run.schedule import Callback, CheckpointClock, Schedule, callbacks
 from myostrain.state import State
 
 log = logging.getLogger("myostrain")
@@ -137,7 +137,7 @@ class Simulation:
             for each in callbacks(on_step)
         ]
         self._ran = False
-        self._clock = _CheckpointClock(checkpoint_seconds)
+        self._clock = CheckpointClock(checkpoint_seconds)
 
     def __repr__(self) -> str:
         """What runs, how far, and where to."""
@@ -389,25 +389,6 @@ class Simulation:
             "parameters": self._case["parameters"],
             "versions": versions(),
         }
-
-
-class _CheckpointClock:
-    """Says when a checkpoint is due by the wall clock.
-
-    Args:
-        seconds: Between two; longer where a checkpoint takes over a fiftieth of that.
-    """
-
-    def __init__(self, seconds: float) -> None:
-        self._seconds = self._interval = seconds
-        self._last = time.monotonic()
-
-    def due(self) -> bool:
-        return time.monotonic() - self._last >= self._interval
-
-    def written(self, cost: float) -> None:
-        self._interval = max(self._seconds, 50 * cost)
-        self._last = time.monotonic()
 
 
 def _spaces(model: Electromechanics) -> list[Any]:
