@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
+import os
 import signal
 import sys
+import time
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -86,6 +88,7 @@ def run(
     from myostrain.case.case import Case
     from myostrain.case.running import run_case
     from myostrain.engine import MPI
+    from myostrain.output.figures.beside import Artist, worth_it
     from myostrain.output.folder import free_name
 
     comm = MPI.COMM_WORLD
@@ -101,8 +104,23 @@ def run(
         checked = asked
     folder = comm.bcast(out if out is not None else free_name(Path("runs") / checked.name), root=0)
     try:
-        with _warnings_shown(comm.rank == 0), ProgressDisplay(comm.rank == 0, bar=not quiet) as display:
-            results = run_case(checked, folder, force=force, resume=resume, comm=comm, progress=display.start)
+        with (
+            _warnings_shown(comm.rank == 0),
+            Artist(
+                beside=comm.rank == 0 and worth_it(comm.size), solid=checked.kinematics.dim == 3
+            ) as artist,
+            ProgressDisplay(comm.rank == 0, bar=not quiet) as display,
+        ):
+            results = run_case(
+                checked,
+                folder,
+                force=force,
+                resume=resume,
+                comm=comm,
+                progress=display.start,
+                draw=artist.draw,
+                start_seconds=_seconds_since_start(),
+            )
     except Interrupted as stop:
         if math.isnan(stop.time):
             raise
@@ -242,7 +260,7 @@ def material(
     typer.echo(str(draw_material(made, out or Path(f"{name}.png"), unit=unit)))
 
 
-@contextmanager
+@contextlib.contextmanager
 def _warnings_shown(active: bool) -> Iterator[None]:
     """Show the warnings of ``run.log`` on the terminal too."""
     handler = _Warnings()
@@ -262,6 +280,14 @@ class _Warnings(logging.Handler):
             errors.print(f"myostrain: {record.getMessage()}")
 
 
+def _seconds_since_start() -> float:
+    """Seconds that this process is old, the loading of Python and of all else included."""
+    with contextlib.suppress(OSError, AttributeError, IndexError, ValueError):  # where the system tells
+        began = float(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
+        return max(0.0, time.clock_gettime(time.CLOCK_BOOTTIME) - began / os.sysconf("SC_CLK_TCK"))
+    return time.process_time()
+
+
 def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
     screen.print(f"{case.title}")
     numbers = {k: v for k, v in results["metrics"].items() if v is not None}
@@ -269,7 +295,9 @@ def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
         screen.print(f"  {name:22} {float(value):.5g}")
     seconds = results["seconds"]
     phases = ", ".join(
-        f"{phase} {seconds[phase]:.1f}" for phase in ("setup", "potential", "mechanics", "output")
+        f"{phase} {seconds[phase]:.1f}"
+        for phase in ("start", "setup", "potential", "mechanics", "output", "figures")
+        if phase in seconds
     )
     screen.print(
         f"{results['steps']} steps to t = {results['time']:g} on {results['cells']} cells "

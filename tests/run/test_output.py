@@ -61,7 +61,8 @@ def test_results_are_those_of_the_interface(run):
     assert {"solves", "linear"} <= set(found["solver"]["potential"])
     assert found["solver"]["potential"]["solves"] == found["steps"]
     assert found["solver"]["mechanics"]["solves"] == found["steps"] // case.scheme.every + 1
-    assert {"total", "setup", "potential", "mechanics", "output"} <= set(found["seconds"])
+    phases = {"start", "setup", "potential", "mechanics", "output", "figures"}
+    assert {"total", *phases} <= set(found["seconds"])
     assert all(value >= 0 for value in found["seconds"].values())
     assert {"myostrain", "dolfinx", "petsc", "mpi", "numpy", "python"} <= set(found["versions"])
     assert found["scheme"]["name"] == "SecondOrder"  # "Which one ran is in the results"
@@ -188,7 +189,7 @@ def test_chosen_fields(tmp_path):
     none = Case.from_dict(changed(LINE, {"output.fields": [], "probes": {}}))
     results = run_case(none, tmp_path / "none", comm=ALONE)
     assert results["completed"]
-    expected = {"case.toml", "results.json", "run.log", "checkpoint"}
+    expected = {".manifest", "case.toml", "results.json", "run.log", "checkpoint"}
     assert {path.name for path in (tmp_path / "none").iterdir()} == expected
 
 

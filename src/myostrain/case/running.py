@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ from myostrain.case.case import Case
 from myostrain.engine import MPI
 from myostrain.errors import InputError
 from myostrain.output import published
-from myostrain.output.folder import load_results, on_first, write_atomically
+from myostrain.output.folder import load_results, on_first, write_atomically, write_json, writing
 from myostrain.output.lock import FolderLock
 from myostrain.output.log import RunLog, log_end, log_start
 from myostrain.output.manifest import claim
@@ -33,6 +34,8 @@ def run_case(
     comm: Any = MPI.COMM_WORLD,
     progress: Callable[[str, int, float], Progress] | None = None,
     figures: bool = True,
+    draw: Callable[[Path], object] | None = None,
+    start_seconds: float = 0.0,
 ) -> dict[str, Any]:
     """Run a case, and its rigid twin where it has one, and draw its figures.
 
@@ -45,6 +48,9 @@ def run_case(
         comm: MPI communicator.
         progress: Makes what is told of the progress, from a name, the number of steps and the end.
         figures: Whether to draw.
+        draw: Draws the figures of a result folder; by default
+            :func:`~myostrain.output.figures.draw.draw`.
+        start_seconds: Seconds that passed before, for the record.
 
     Returns:
         What ``results.json`` holds.
@@ -56,7 +62,7 @@ def run_case(
     """
     out = Path(out)
     if resume and (ended := _ended(out, comm)):
-        _draw(out, comm, wanted=figures and pictures_missing(out))
+        _draw(out, comm, wanted=figures and pictures_missing(out), draw=draw)
         return ended
     simulation = case.simulation(comm, out, force, resume)
     try:
@@ -76,6 +82,8 @@ def run_case(
                 )
 
             def finish(results: dict[str, Any]) -> None:
+                results["seconds"] |= {"start": start_seconds}
+                results["seconds"]["total"] += start_seconds
                 if twin is not None:
                     results["metrics"] |= compare(results["metrics"], twin["metrics"])
                 if found := published.compare(case.name, simulation.model.mechanics, out, comm):
@@ -88,7 +96,9 @@ def run_case(
     finally:
         simulation.close()
     with RunLog(out, comm, append=True):
-        _draw(out, comm, wanted=figures)
+        spent = _draw(out, comm, wanted=figures, draw=draw)
+        results["seconds"] |= {"figures": spent, "total": results["seconds"]["total"] + spent}
+        on_first(comm, lambda: write_json(out / "results.json", results), out / "results.json")
     return results
 
 
@@ -112,24 +122,36 @@ def _ended(out: Path, comm: Any) -> dict[str, Any] | None:
     return found
 
 
-def _draw(out: Path, comm: Any, *, wanted: bool) -> None:
-    """Draw the figures of a run that has ended, on the first process.
+def _draw(out: Path, comm: Any, *, wanted: bool, draw: Callable[[Path], object] | None) -> float:
+    """Draw the figures of a run that has ended, on the first process; returns the seconds it took.
 
     Until all are there the folder says so, and a run that is killed meanwhile draws them when it is resumed.
     """
+    begin, problem = time.perf_counter(), None
     if wanted and comm.rank == 0 and (out / "snapshots").is_dir():
-        from myostrain.output.figures.draw import draw
-        from myostrain.output.figures.style import writing
-
-        with writing(out):
-            lock = FolderLock(out)
-            write_atomically(out / DRAWING)
         try:
-            draw(out)
-            (out / DRAWING).unlink(missing_ok=True)
-        finally:
-            lock.release()
-    comm.Barrier()
+            _drawn(out, draw)
+        except InputError as error:
+            problem = error
+    problem, spent = comm.bcast((problem, time.perf_counter() - begin), root=0)
+    if problem is not None:
+        raise problem
+    return float(spent)
+
+
+def _drawn(out: Path, draw: Callable[[Path], object] | None) -> None:
+    if draw is None:
+        from myostrain.output.figures import draw as here
+
+        draw = here.draw
+    with writing(out):
+        lock = FolderLock(out)
+        write_atomically(out / DRAWING)
+    try:
+        draw(out)
+        (out / DRAWING).unlink(missing_ok=True)
+    finally:
+        lock.release()
 
 
 def pictures_missing(out: Path) -> bool:

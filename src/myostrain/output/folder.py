@@ -9,7 +9,7 @@ import math
 import os
 import shutil
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -125,6 +125,15 @@ def on_first(comm: Any, action: Callable[[], object], path: Path) -> None:
     if problem is not None:
         reason, remedy = problem
         raise ComputationError(reason, advice=f"{remedy}, then `myostrain run --resume --out DIR`.")
+
+
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn a failure to write ``path`` into an :class:`InputError` that says so."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def write_atomically(path: Path, *contents: Any) -> None:

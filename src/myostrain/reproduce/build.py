@@ -11,8 +11,8 @@ from typing import Any
 
 from myostrain.engine import MPI, versions
 from myostrain.errors import InputError, nearest
-from myostrain.output.figures.style import save, style, writing
-from myostrain.output.folder import write_atomically, write_json
+from myostrain.output.figures.style import save, style
+from myostrain.output.folder import write_atomically, write_json, writing
 from myostrain.reproduce import chapters
 from myostrain.reproduce.content import Chapter
 from myostrain.reproduce.jobs import Store, run_jobs

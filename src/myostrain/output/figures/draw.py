@@ -9,7 +9,8 @@ from myostrain.output.figures.line import draw_line
 from myostrain.output.figures.published import draw_benchmark
 from myostrain.output.figures.sheet import draw_sheet
 from myostrain.output.figures.solid import draw_solid
-from myostrain.output.figures.style import COLOURS, GREY, SEQUENTIAL, new_figure, plain, save, style, writing
+from myostrain.output.figures.style import COLOURS, GREY, SEQUENTIAL, new_figure, plain, save, style
+from myostrain.output.folder import writing
 from myostrain.output.manifest import make_folder
 
 from matplotlib import colormaps

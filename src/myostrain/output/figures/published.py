@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
-from myostrain.output.figures.style import COLOURS, GREY, new_figure, save, style, writing
-from myostrain.output.folder import read_regular
+from myostrain.output.figures.style import COLOURS, GREY, new_figure, save, style
+from myostrain.output.folder import read_regular, writing
 from myostrain.output.manifest import make_folder
 from myostrain.output.published import STRAINS, Benchmark, find, wall_strains
 

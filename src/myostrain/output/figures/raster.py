@@ -65,7 +65,7 @@ def _counted(first: Indices, count: Indices) -> Indices:
     return np.arange(count.sum()) + np.repeat(first - before, count)
 
 
-def _crossing(y: Array, x0: Array, y0: Array, x1: Array, y1: Array) -> Array:
+def _crossing(y: Any, x0: Any, y0: Any, x1: Any, y1: Any) -> Any:
     """x where edges from (x0, y0) down to (x1, y1) cross heights y; an end where they are level."""
     rise = y1 - y0
     share = np.divide(y - y0, rise, out=np.zeros_like(rise), where=rise > 0)

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from myostrain.errors import InputError
-from myostrain.output.folder import write_atomically
+from myostrain.output.folder import write_atomically, writing
 
 import matplotlib.style
 import numpy as np
@@ -130,15 +129,6 @@ def save_film(images: Sequence[Image.Image], paces: Sequence[int], path: Path) -
     with writing(path):
         write_atomically(path, content.getvalue())
     return path
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turn a failure to write ``path`` into an :class:`InputError` that says so."""
-    try:
-        yield
-    except OSError as error:
-        raise InputError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def plain(text: str) -> str:
