@@ -11,7 +11,7 @@ from myostrain.geometry.ellipsoidal_fibres import EllipsoidalFibres
 from myostrain.geometry.fibre_file import FileFibres
 from myostrain.geometry.fibres import Fibres, Microstructure, UniformFibres
 from myostrain.geometry.file import MeshFile
-from myostrain.geometry.gmsh_model import readable
+from myostrain.geometry.foreign import readable
 from myostrain.geometry.laplace_fibres import RuleBasedFibres
 from myostrain.geometry.line import Line
 from myostrain.geometry.meshed import Meshed

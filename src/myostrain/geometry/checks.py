@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,10 @@ Array = npt.NDArray[np.float64]
 #: gmsh's numbers of the straight line, triangle and tetrahedron, by dimension, and what it calls such bodies.
 CELL_KIND = {1: 1, 2: 2, 3: 4}
 ENTITY = {1: "Curve", 2: "Surface", 3: "Volume"}
+
+#: Nodes of a flat body are off their line or plane by this part of its extent at most: single precision has
+#: errors of 1e-7.
+FLATNESS = 1e-6
 
 
 @dataclass(frozen=True)
@@ -39,28 +44,30 @@ class _Mesh:
 
     def centre(self, cell: Any) -> str:
         """Where a cell is."""
-        return f"near {_place(self.points[self.cells[cell]].mean(axis=0)[: self.dim])}"
+        return f"near {place(self.points[self.cells[cell]].mean(axis=0)[: self.dim])}"
 
-    def node(self, place: Any) -> str:
+    def node(self, number: Any) -> str:
         """What a node is called, and where it is."""
-        return f"node {self.tags[place]} at {_place(self.points[place])}"
+        return f"node {self.tags[number]} at {place(self.points[number])}"
 
     def error(self, message: str) -> InputError:
         """An error about the file."""
         return InputError(f"{self.path} {message}", "geometry.path")
 
 
-def _place(point: Array) -> str:
+def place(point: Array) -> str:
+    """A point in seven digits, for messages."""
     return str([float(f"{x:.7g}") for x in point])
 
 
-def check(model: Any, dim: int, path: Path) -> None:
+def check(model: Any, dim: int, path: Path, declared: Mapping[tuple[int, int], str]) -> None:
     """Refuse what cannot be a reference body.
 
     Args:
         model: gmsh's model.
         dim: Its dimension.
         path: The file, for messages.
+        declared: Names of physical groups by dimension and tag, as the file has them.
 
     Raises:
         InputError: The message says what is wrong, and where.
@@ -69,12 +76,26 @@ def check(model: Any, dim: int, path: Path) -> None:
     if dim not in CELL_KIND:
         raise InputError(f"{path} has dimension {dim}; a line (1), sheet (2) or solid (3) is needed", key)
     kinds, elements, _ = model.mesh.getElements(dim)
+    body = f'`Physical {ENTITY[dim]}("body") = {{1}};`'
     if not sum(len(tags) for tags in elements):
+        if any(len(tags) for tags in model.mesh.getElements(dim - 1)[1]):
+            raise InputError(
+                f"{path} has cells of dimension {dim - 1} but none of dimension {dim}: gmsh saves only what "
+                f"is in physical groups; put the body into one, too (for example {body}), mesh it in {dim} "
+                "dimensions, and save again",
+                key,
+            )
         raise InputError(f"{path} has no cells of dimension {dim}: was it saved before it was meshed?", key)
     if not model.getPhysicalGroups(dim):
+        if declared and not model.getPhysicalGroups():
+            raise InputError(
+                f"{path} has names of physical groups, but no cell in one: gmsh's MSH 2.2 loses the groups "
+                'with `Mesh.SaveAll = 1` ("Save all elements"); save again without it, or as MSH 4.1',
+                key,
+            )
         raise InputError(
-            f"{path} has no physical group of dimension {dim}; in gmsh, put the body into one "
-            f'(for example `Physical {ENTITY[dim]}("body") = {{1}};`), mesh, and save again',
+            f"{path} has no physical group of dimension {dim}; in gmsh, put the body into one (for example "
+            f"{body}), mesh, and save again",
             key,
         )
     strange = [model.mesh.getElementProperties(int(kind))[0] for kind in kinds if kind != CELL_KIND[dim]]
@@ -87,25 +108,31 @@ def check(model: Any, dim: int, path: Path) -> None:
     mesh = _read(model, dim, path)
     _check_points(mesh)
     _check_cells(mesh)
-    _check_boundary(model, mesh)
+    _check_sides(mesh, *_corners(model, dim - 1))
     _check_whole(mesh)
 
 
-def check_arrays(path: Path, dim: int, points: Array, cells: Indices) -> None:
+def check_arrays(
+    path: Path, dim: int, points: Array, cells: Indices, facets: Indices, facet_tags: Indices
+) -> None:
     """Refuse a mesh that is no gmsh model, as far as it can be told; its cells may be turned either way.
 
     Args:
         path: The file, for messages.
         dim: Dimension of the body.
-        points: Coordinates of the nodes (n, 3), which messages number from 0.
+        points: Coordinates of the nodes (n, 3), which messages number from 0; some may be no cell's.
         cells: Their numbers (m, dim + 1).
+        facets: Nodes (k, dim) of what is tagged on the boundary.
+        facet_tags: Its tags (k,).
 
     Raises:
         InputError: The message says what is wrong, and where.
     """
-    mesh = _Mesh(path, dim, np.arange(len(points)), points, cells)
+    used, places = np.unique(cells, return_inverse=True)
+    mesh = _Mesh(path, dim, used, points[used], places.reshape(cells.shape))
     _check_points(mesh)
     _check_cells(mesh, oriented=False)
+    _check_sides(mesh, facets, facet_tags)
     _check_whole(mesh)
 
 
@@ -119,7 +146,7 @@ def _read(model: Any, dim: int, path: Path) -> _Mesh:
     again = np.flatnonzero(np.diff(tags) == 0)
     if again.size:
         raise InputError(f"{path} has two nodes of number {tags[again[0]]}", key)
-    corners = _corners(model, dim)
+    corners, _ = _corners(model, dim)
     if not len(corners):
         raise InputError(f"{path} has no cell in a physical group of dimension {dim}", key)
     outside = len(model.mesh.getElements(dim)[2][0]) // (dim + 1) - len(corners)
@@ -136,12 +163,15 @@ def _read(model: Any, dim: int, path: Path) -> _Mesh:
     return _Mesh(path, dim, tags, points, cells)
 
 
-def _corners(model: Any, dim: int) -> Indices:
-    """Numbers of the nodes (m, dim + 1) of what is in physical groups of a dimension."""
-    groups = [model.getEntitiesForPhysicalGroup(dim, tag) for _, tag in model.getPhysicalGroups(dim)]
-    found = [model.mesh.getElements(dim, int(entity))[2] for entities in groups for entity in entities]
-    nodes = [np.asarray(part, dtype=np.int64) for parts in found for part in parts]
-    return np.concatenate(nodes or [np.zeros(0, dtype=np.int64)]).reshape(-1, dim + 1)
+def _corners(model: Any, dim: int) -> tuple[Indices, Indices]:
+    """Numbers of the nodes (m, dim + 1) of what is in physical groups of a dimension, and the groups (m,)."""
+    nodes, groups = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for _, tag in model.getPhysicalGroups(dim):
+        for entity in model.getEntitiesForPhysicalGroup(dim, tag):
+            for part in model.mesh.getElements(dim, int(entity))[2]:
+                nodes.append(np.asarray(part, dtype=np.int64))
+                groups.append(np.full(len(part) // (dim + 1), tag))
+    return np.concatenate(nodes).reshape(-1, dim + 1), np.concatenate(groups)
 
 
 def _check_groups(model: Any, dim: int, path: Path) -> None:
@@ -150,13 +180,17 @@ def _check_groups(model: Any, dim: int, path: Path) -> None:
     for _, tag in model.getPhysicalGroups(dim):
         name = model.getPhysicalName(dim, tag) or str(tag)
         for entity in model.getEntitiesForPhysicalGroup(dim, tag):
-            if int(entity) in owner:
+            if int(entity) not in owner:
+                owner[int(entity)] = name
+                continue
+            twice = f"{path} has a part in two physical groups, '{owner[int(entity)]}' and '{name}'; "
+            if int(entity) == 0:
                 raise InputError(
-                    f"{path} has a part in two physical groups, '{owner[int(entity)]}' and '{name}'; "
-                    "put each part into one",
+                    f"{twice}each element has the number of its group, but none of its entity, as "
+                    'meshio writes it: there, give "gmsh:geometrical" the numbers of "gmsh:physical"',
                     "geometry.path",
                 )
-            owner[int(entity)] = name
+            raise InputError(f"{twice}put each part into one", "geometry.path")
 
 
 def _check_points(mesh: _Mesh) -> None:
@@ -170,11 +204,15 @@ def _check_points(mesh: _Mesh) -> None:
         )
     if np.ptp(mesh.points, axis=0).max() < 1e-50:
         raise mesh.error(f"has all its nodes within 1e-50 of {mesh.node(0)}; choose other units")
-    off = mesh.points[:, mesh.dim :] != mesh.points[0, mesh.dim :]
-    if off.any():
+    extent = np.ptp(mesh.points, axis=0).max()
+    across = mesh.points[:, mesh.dim :]
+    off = np.abs(across - np.median(across, axis=0)).max(axis=1, initial=0.0)
+    if off.max() > FLATNESS * extent:
+        flat = "plane" if mesh.dim == 2 else "line"
         raise mesh.error(
-            f"is not flat, see {mesh.node(np.argmax(off.any(axis=1)))}: a body of dimension {mesh.dim} lies "
-            f"in the first {mesh.dim} coordinates"
+            f"is not flat: {mesh.node(np.argmax(off))} is {off.max():.3g} off the {flat} of the others, "
+            f"{off.max() / extent:.2g} of the extent, and {FLATNESS:g} is allowed; a body of dimension "
+            f"{mesh.dim} lies in the first {mesh.dim} coordinates (of a solid, save its cells, too)"
         )
 
 
@@ -205,22 +243,31 @@ def _check_cells(mesh: _Mesh, oriented: bool = True) -> None:
         )
 
 
-def _check_boundary(model: Any, mesh: _Mesh) -> None:
-    """Refuse named boundaries that are not sides of cells."""
-    facets = np.sort(_corners(model, mesh.dim - 1), axis=1)
+def _check_sides(mesh: _Mesh, facets: Indices, tags: Indices) -> None:
+    """Refuse named boundaries that are not sides of cells, and a side in two of them."""
     if not len(facets):
         return
-    corners = mesh.tags[mesh.cells]
+    facets, corners = np.sort(facets, axis=1), mesh.tags[mesh.cells]
     sides = np.sort(np.concatenate([np.delete(corners, i, axis=1) for i in range(mesh.dim + 1)]), axis=1)
-    both, place = np.unique(np.concatenate([sides, facets]), axis=0, return_inverse=True)
+    both, number = np.unique(np.concatenate([sides, facets]), axis=0, return_inverse=True)
     there = np.zeros(len(both), dtype=bool)
-    there[place.reshape(-1)[: len(sides)]] = True
-    strange = ~there[place.reshape(-1)[len(sides) :]]
+    there[number.reshape(-1)[: len(sides)]] = True
+    number = number.reshape(-1)[len(sides) :]
+    strange = ~there[number]
     if strange.any():
         nodes = ", ".join(map(str, facets[np.argmax(strange)]))
         raise mesh.error(
             f"has {int(strange.sum())} boundary facets that are no side of a cell, the first with nodes "
             f"{nodes}; mesh the boundary and the body together"
+        )
+    tag_of = np.zeros(len(both), dtype=np.int64)
+    tag_of[number] = tags
+    other = tag_of[number] != tags
+    if other.any():
+        first = np.argmax(other)
+        raise mesh.error(
+            f"has {int(other.sum())} boundary facets twice, with two tags: {tags[first]} and "
+            f"{tag_of[number[first]]} at nodes {', '.join(map(str, facets[first]))}; give each one tag"
         )
 
 

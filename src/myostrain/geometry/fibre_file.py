@@ -1,39 +1,59 @@
-"""Fibres from a file: a direction for each cell."""
+"""Fibres from a file: directions at points or in cells, of which each cell takes the mean."""
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
 from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError
+from myostrain.geometry.body import extent
+from myostrain.geometry.checks import place
 from myostrain.geometry.fibres import Microstructure
 from myostrain.geometry.file import open_safely
-from myostrain.geometry.gmsh_model import readable, session
+from myostrain.geometry.foreign import readable
+from myostrain.geometry.gmsh_model import says, session
 from myostrain.geometry.laplace_fibres import orthonormal
 from myostrain.geometry.meshed import Meshed
+from myostrain.geometry.points import cells_at
 from myostrain.validation import description
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx import geometry as dgeometry
 
 Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+KEY = "fibres.path"
+FORMATS = (
+    'two formats are read: .msh of gmsh with $ElementData or $NodeData called "f0", and .npz of numpy with '
+    "arrays 'points' (n, dim) and 'f0' (n, dim)"
+)
+
+#: A point belongs to a cell if it is outside by this part of the body's extent at most: files in single
+#: precision have errors of 1e-7.
+REACH = 1e-6
+
+#: So many points are looked up at a time.
+CHUNK = 50_000
 
 
 @description
 class FileFibres:
-    """Fibres, and sheets if they are there, given for each cell by a file.
+    """Fibres, and sheets if they are there, from a file with directions at points of the body.
 
     Two formats:
 
-    - ``.msh``: gmsh's own mesh with ``$ElementData`` of three components called "f0" and, for solids that
-      need it, "s0". It may be the file of the geometry or another of the same body.
+    - ``.msh``: gmsh's own mesh with ``$ElementData`` or ``$NodeData`` of three components called "f0" and,
+      for solids that need it, "s0". It may be the file of the geometry or another of the same body.
     - ``.npz`` of numpy: ``points`` (n, dim), ``f0`` (n, dim) and perhaps ``s0`` (n, dim), the directions at
-      these points, of which one at least is in each cell: their centres, say.
+      these points, of which one at least is in each cell: the centres of the cells or the nodes, say.
 
-    A cell takes the direction of a point that lies in it (of several the last in the file), so that numbering
-    and partition do not matter. Directions may have any length; s0 is made orthogonal to f0, n0 = f0 × s0.
+    A cell takes the mean of the points that lie in it or on its boundary, within 1e-6 of the body's extent;
+    so numbering, order and partition do not matter. A direction and its opposite are the same fibre: the mean
+    is the axis to which the directions are closest, in the mean square. Directions may have any length; s0 is
+    made orthogonal to f0, n0 = f0 × s0.
 
     Args:
         path: The file. In a case file, relative to the case file's folder.
@@ -45,16 +65,17 @@ class FileFibres:
         """Unit directions as UFL vectors, constant in each cell.
 
         Raises:
-            InputError: The file is missing or unreadable, holds no directions, or none for some cell.
+            InputError: The file is missing or unreadable, holds no directions, or none for some cell; or the
+                directions in a cell have no mean.
         """
         mesh = meshed.mesh
-        points, given = self._read(lasting(mesh.comm), mesh.geometry.dim)
-        of_cell = self._points_of_cells(mesh, points)
+        dim = mesh.geometry.dim
+        points, given = self._read(lasting(mesh.comm), dim)
         fields = []
-        for name, values in given.items():
-            field = fem.Function(fem.functionspace(mesh, ("DG", 0, (mesh.geometry.dim,))), name=name)
-            owned = field.x.array.reshape(-1, mesh.geometry.dim)[: len(of_cell)]
-            owned[field.function_space.dofmap.list[: len(of_cell), 0]] = values[of_cell]
+        for name, values in self._means(mesh, points, given).items():
+            field = fem.Function(fem.functionspace(mesh, ("DG", 0, (dim,))), name=name)
+            owned = field.x.array.reshape(-1, dim)[: len(values)]
+            owned[field.function_space.dofmap.list[: len(values), 0]] = values
             field.x.scatter_forward()
             fields.append(field)
         if len(fields) == 1:
@@ -68,8 +89,7 @@ class FileFibres:
         given: dict[str, Array] = {}
         if comm.rank == 0:
             try:
-                readable(self.path, "fibres.path")
-                points, given = self._from_msh() if self.path.suffix == ".msh" else self._from_npz()
+                points, given = self._from_file()
                 given = self._checked(points, given, dim)
             except InputError as error:
                 problem = str(error)
@@ -79,62 +99,91 @@ class FileFibres:
         return points[:, :dim], given
 
     def _error(self, message: str) -> InputError:
-        return InputError(f"{self.path} {message}", "fibres.path")
+        return InputError(f"{self.path} {message}", KEY)
+
+    def _from_file(self) -> tuple[Array, dict[str, Array]]:
+        readable(self.path, KEY)
+        with self.path.open("rb") as stream:
+            begin = stream.read(12)
+        if self.path.suffix == ".msh" or begin.startswith(b"$MeshFormat"):
+            with session() as gmsh:
+                open_safely(gmsh, self.path, KEY)
+                with says(self.path, KEY):
+                    return self._from_msh(gmsh)
+        if self.path.suffix == ".npz" or zipfile.is_zipfile(self.path):
+            return self._from_npz()
+        order = "; a file of openCARP has no places: give the centres of its elements as 'points'"
+        raise self._error(f"is of no known format; {FORMATS}{order if self.path.suffix == '.lon' else ''}")
 
     def _from_npz(self) -> tuple[Array, dict[str, Array]]:
+        if not zipfile.is_zipfile(self.path):
+            raise self._error(f"cannot be read as .npz: it is no archive of numpy.savez; {FORMATS}")
+        arrays = {}
         try:
             with np.load(self.path, allow_pickle=False) as data:
-                arrays = {name: np.asarray(data[name], dtype=float) for name in data.files}
+                names = data.files
+                for name in ("points", "f0", "s0"):
+                    if name in names:
+                        arrays[name] = data[name]
         except Exception as error:  # numpy and zipfile raise many kinds
-            raise self._error(f"cannot be read as .npz: {error}") from error
+            words = "an array holds objects" if "pickle" in str(error) else " ".join(str(error).split())
+            raise self._error(f"cannot be read as .npz: {words}") from error
         if "points" not in arrays:
-            raise self._error(f"has no array 'points', only {', '.join(arrays) or 'nothing'}")
+            raise self._error(f"has no array 'points', only {', '.join(names) or 'nothing'}")
+        for name, values in arrays.items():
+            if values.dtype.kind not in "fiu":
+                raise self._error(f"has '{name}' of type {values.dtype}; real numbers are needed")
+            arrays[name] = values.astype(float)
         points = arrays.pop("points")
         if points.ndim != 2:
             raise self._error("has points that are no table, one point a row")
-        return points, {name: arrays[name] for name in ("f0", "s0") if name in arrays}
+        return points, arrays
 
-    def _from_msh(self) -> tuple[Array, dict[str, Array]]:
-        with session() as gmsh:
-            open_safely(gmsh, self.path, "fibres.path")
-            model, given = gmsh.model, {}
-            cells: Any = None
-            for view in gmsh.view.getTags():
-                name = gmsh.view.option.getString(view, "Name")
-                if name not in ("f0", "s0"):
-                    continue
-                kind, tags, data, _, components = gmsh.view.getModelData(view, 0)
-                if kind != "ElementData" or components != 3:
-                    raise self._error(
-                        f"has '{name}' as {kind} of {components} components: give ElementData of 3"
-                    )
-                if cells is not None and not np.array_equal(cells, tags):
-                    raise self._error("has f0 and s0 on different cells")
-                cells, given[name] = tags, np.array(data, dtype=float)
-            if cells is None:
-                return np.zeros((0, 3)), {}
-            centres = {}
-            dim = model.getDimension()
-            for element_kind, tags, _ in zip(*model.mesh.getElements(dim), strict=True):
-                middle = model.mesh.getBarycenters(int(element_kind), -1, False, False).reshape(-1, 3)
-                centres[int(element_kind)] = (np.asarray(tags), middle)
-        tags = np.concatenate([tags for tags, _ in centres.values()])
-        middle = np.concatenate([middle for _, middle in centres.values()])
-        order = np.argsort(tags)
-        place = np.minimum(np.searchsorted(tags[order], cells), len(tags) - 1)
-        if (tags[order][place] != cells).any():
-            raise self._error("has directions for elements that are no cells of it")
-        return middle[order][place], given
+    def _from_msh(self, gmsh: Any) -> tuple[Array, dict[str, Array]]:
+        given: dict[str, Array] = {}
+        kinds, tags = set(), []
+        for view in gmsh.view.getTags():
+            name = gmsh.view.option.getString(view, "Name")
+            if name not in ("f0", "s0"):
+                continue
+            kind, numbers, data, _, components = gmsh.view.getModelData(view, 0)
+            if kind not in ("ElementData", "NodeData") or components != 3:
+                raise self._error(
+                    f"has '{name}' as {kind} of {components} components: give ElementData or NodeData of 3"
+                )
+            kinds.add(kind)
+            tags.append(np.asarray(numbers, dtype=np.int64))
+            given[name] = np.array(data, dtype=float)
+        if not given:
+            return np.zeros((0, 3)), {}
+        if len(kinds) > 1 or not np.array_equal(tags[0], tags[-1]):
+            raise self._error("has f0 and s0 on different cells or nodes")
+        if kinds == {"NodeData"}:
+            known, places, _ = gmsh.model.mesh.getNodes()
+            places = places.reshape(-1, 3)
+        else:
+            elements = gmsh.model.mesh.getElements(gmsh.model.getDimension())
+            known = np.concatenate([np.zeros(0, dtype=np.int64), *elements[1]])
+            centres = [gmsh.model.mesh.getBarycenters(int(k), -1, False, False) for k in elements[0]]
+            places = np.concatenate([np.zeros(0), *centres]).reshape(-1, 3)
+        order = np.argsort(known)
+        number = np.minimum(np.searchsorted(known[order], tags[0]), len(known) - 1)
+        if not len(known) or (known[order][number] != tags[0]).any():
+            raise self._error("has directions for elements or nodes that are none of the body")
+        return places[order][number], given
 
     def _checked(self, points: Array, given: dict[str, Array], dim: int) -> dict[str, Array]:
         """The directions with unit length."""
         if "f0" not in given:
-            raise self._error(
-                "holds no fibres: a .msh has $ElementData called \"f0\", a .npz has arrays 'points' and 'f0'"
-            )
+            raise self._error(f"holds no fibres; {FORMATS}")
         if "s0" in given and dim != 3:
             raise self._error(
                 "has sheet directions, which a body of less than three dimensions has no use for"
+            )
+        lost = ~np.isfinite(points).all(axis=1)
+        if lost.any():
+            raise self._error(
+                f"has {int(lost.sum())} points that are not finite, the first in row {np.argmax(lost)}"
             )
         units = {}
         for name, values in given.items():
@@ -143,39 +192,64 @@ class FileFibres:
                     f"has '{name}' of shape {values.shape} for points of shape {points.shape}; "
                     f"({len(points)}, {dim}) is needed"
                 )
-            length = np.linalg.norm(values[:, :dim], axis=1)
-            bad = ~(np.isfinite(length) & (length > 0))
+            largest = np.abs(values[:, :dim]).max(axis=1, initial=0.0)
+            bad = ~(np.isfinite(largest) & (largest > 0))
             if bad.any():
-                where = points[np.argmax(bad)].tolist()
+                where = place(points[np.argmax(bad)])
                 raise self._error(
                     f"has {int(bad.sum())} directions '{name}' that are zero or not finite, one at {where}"
                 )
-            units[name] = values[:, :dim] / length[:, None]
-        if "s0" in units:
-            along = np.abs((units["f0"] * units["s0"]).sum(axis=1)) > 1 - 1e-6
-            if along.any():
-                where = points[np.argmax(along)].tolist()
-                raise self._error(f"has {int(along.sum())} sheet directions along the fibre, one at {where}")
+            scaled = values[:, :dim] / largest[:, None]
+            units[name] = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
         return units
 
-    def _points_of_cells(self, mesh: Any, points: Array) -> npt.NDArray[np.int64]:
-        """For each cell that this process owns the number of a point in it."""
-        tdim = mesh.topology.dim
-        owned = mesh.topology.index_map(tdim).size_local
-        of_cell = np.full(owned, -1, dtype=np.int64)
-        if owned and len(points):
-            padded = np.zeros((len(points), 3))
-            padded[:, : points.shape[1]] = points
-            tree = dgeometry.bb_tree(mesh, tdim, entities=np.arange(owned, dtype=np.int32), padding=1e-9)
-            near = dgeometry.compute_collisions_points(tree, padded)
-            inside = dgeometry.compute_colliding_cells(mesh, near, padded)
-            cells, starts = inside.array, inside.offsets
-            of_cell[cells] = np.repeat(np.arange(len(points)), np.diff(starts))
-        missing = np.flatnonzero(of_cell < 0)
+    def _means(self, mesh: Any, points: Array, given: dict[str, Array]) -> dict[str, Array]:
+        """The mean direction in each cell that this process owns (cells, dim), by name."""
+        number, sums, squares = _sums(mesh, points, given)
+        self._refuse(mesh, number == 0, "has no direction in {} cells of the body")
+        means = {}
+        for name in given:
+            spread, axes = np.linalg.eigh(squares[name])
+            if spread.shape[1] > 1:
+                none = spread[:, -1] - spread[:, -2] < 1e-6 * spread[:, -1]
+                self._refuse(mesh, none, f"has directions '{name}' without a mean in {{}} cells of the body")
+            axis = axes[:, :, -1]
+            axis = axis * np.where((axis * sums[name]).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+            means[name] = np.where(number[:, None] == 1, sums[name], axis)
+        if "s0" in means:
+            along = np.abs((means["f0"] * means["s0"]).sum(axis=1)) > 1 - 1e-6
+            self._refuse(mesh, along, "has sheet directions along the fibre in {} cells of the body")
+        return means
+
+    def _refuse(self, mesh: Any, bad: Flags, message: str) -> None:
+        """Refuse, on every process, what is bad in cells; the message has a place for their number."""
         comm = lasting(mesh.comm)
-        number = comm.allreduce(len(missing), MPI.SUM)
+        number = comm.allreduce(int(bad.sum()), MPI.SUM)
         if number:
-            centres = mesh.geometry.x[mesh.geometry.dofmaps[0][missing[:1]]].mean(axis=1).round(6).tolist()
-            first = next(c[0] for c in comm.allgather(centres) if c)
-            raise self._error(f"has no direction in {number} cells of the body, such as the one near {first}")
-        return of_cell
+            first = np.flatnonzero(bad)[:1]
+            centres = mesh.geometry.x[mesh.geometry.dofmaps[0][first]].mean(axis=1)
+            near = next(c[0] for c in comm.allgather(centres) if len(c))
+            where = place(near[: mesh.geometry.dim])
+            raise self._error(f"{message.format(number)}, such as the one near {where}")
+
+
+def _sums(
+    mesh: Any, points: Array, given: dict[str, Array]
+) -> tuple[npt.NDArray[np.int64], dict[str, Array], dict[str, Array]]:
+    """Over the points in each owned cell: their number, the sums of d and of d ⊗ d."""
+    dim = mesh.topology.dim
+    owned = mesh.topology.index_map(dim).size_local
+    number = np.zeros(owned, dtype=np.int64)
+    sums = {name: np.zeros((owned, dim)) for name in given}
+    squares = {name: np.zeros((owned, dim, dim)) for name in given}
+    low, high = extent(mesh)
+    for start in range(0, len(points), CHUNK):
+        which, cells, _ = cells_at(mesh, points[start : start + CHUNK], REACH * float((high - low).max()))
+        number += np.bincount(cells, minlength=owned)
+        for name, values in given.items():
+            d = values[start + which]
+            for i in range(dim):
+                sums[name][:, i] += np.bincount(cells, d[:, i], minlength=owned)
+                for j in range(dim):
+                    squares[name][:, i, j] += np.bincount(cells, d[:, i] * d[:, j], minlength=owned)
+    return number, sums, squares

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
+import mmap
+import re
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
 from myostrain.geometry.checks import check
-from myostrain.geometry.gmsh_model import readable, to_meshed
+from myostrain.geometry.foreign import read_alone, readable
+from myostrain.geometry.gmsh_model import says, to_meshed
 from myostrain.geometry.meshed import Meshed
 from myostrain.validation import description
 
@@ -27,7 +27,7 @@ class MeshFile:
     """A gmsh ``.msh`` file of straight lines, triangles or tetrahedra.
 
     The physical groups of the highest dimension are the body and its regions, those one dimension lower
-    the boundaries that ``mechanics.fixed`` and others name.
+    the boundaries that ``mechanics.fixed`` and others name. Groups of one name are one part.
 
     Args:
         path: The file. In a case file, relative to the case file's folder.
@@ -51,13 +51,15 @@ class MeshFile:
                 raise InputError(
                     f"{self.path} has no cells: was it saved before it was meshed?", "geometry.path"
                 )
-            check(gmsh.model, dim, self.path)
+            declared = declared_groups(self.path)
+            _join_namesakes(gmsh.model, dim, declared)
+            check(gmsh.model, dim, self.path, declared)
             tags, _, _ = gmsh.model.mesh.getNodes()
             if tags.max() > len(tags):  # DOLFINx wants numbers without gaps
                 gmsh.model.mesh.renumberNodes()
             return dim
 
-        return to_meshed(comm, make, str(self.path))
+        return to_meshed(comm, make, str(self.path), "geometry.path")
 
     def counts(self) -> tuple[float, float]:
         """How many nodes and cells the file has at most, by its size, before anything reads it."""
@@ -66,6 +68,40 @@ class MeshFile:
         except (OSError, ValueError):
             nodes = 0.0  # who reads it will say why
         return nodes, 2 * nodes
+
+
+def declared_groups(path: Path) -> dict[tuple[int, int], str]:
+    """Names of physical groups by dimension and tag, as the file has them.
+
+    gmsh itself keeps a name for the first group only that has it.
+
+    Raises:
+        InputError: A name is no UTF-8.
+    """
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        begin = content.find(b"\n$PhysicalNames")
+        section = b"" if begin < 0 else content[begin : content.find(b"\n$End", begin + 1)]
+    try:
+        found = re.findall(r'^\s*(\d+)\s+(\d+)\s+"([^"\n]*)"', section.decode(), re.MULTILINE)
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path} has a physical group whose name is not UTF-8; save in UTF-8, or rename it",
+            "geometry.path",
+        ) from error
+    return {(int(dim), int(tag)): name for dim, tag, name in found}
+
+
+def _join_namesakes(model: Any, dim: int, declared: dict[tuple[int, int], str]) -> None:
+    """Make one group of the physical groups that have one name and dimension."""
+    groups: dict[tuple[int, str], list[int]] = {}
+    for d, tag in model.getPhysicalGroups():
+        if d in (dim, dim - 1) and (name := declared.get((d, tag))):
+            groups.setdefault((d, name), []).append(tag)
+    for (d, name), tags in groups.items():
+        if len(tags) > 1:
+            parts = {int(part) for tag in tags for part in model.getEntitiesForPhysicalGroup(d, tag)}
+            model.removePhysicalGroups([(d, tag) for tag in tags])
+            model.addPhysicalGroup(d, sorted(parts), tags[0], name)
 
 
 def open_safely(gmsh: Any, path: Path, key: str) -> None:
@@ -81,8 +117,9 @@ def open_safely(gmsh: Any, path: Path, key: str) -> None:
     """
     readable(path, key)
     _check_header(path, key)
-    with _alone(path) as name:
-        _check_readable(path, name, key)
+    with _alone(path) as name, says(path, key, name):
+        with suppress(OSError):  # no second process can be started here
+            read_alone(READ, name, path=path, key=key, reader="gmsh")
         gmsh.open(name)
 
 
@@ -115,27 +152,8 @@ try:
     gmsh.open(sys.argv[1])
     gmsh.model.mesh.getNodes()
     gmsh.model.mesh.getElements()
+    for view in gmsh.view.getTags():
+        gmsh.view.getModelData(view, 0)
 except Exception:
     pass  # it says so once more where it is read
 """
-
-
-def _check_readable(path: Path, name: str, key: str) -> None:
-    """Refuse a file of which gmsh dies, taking the process along, or with which it comes to no end."""
-    try:
-        done = subprocess.run(
-            [sys.executable, "-c", READ, name],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=30 + path.stat().st_size / 1e6,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise InputError(f"{path} is damaged: gmsh comes to no end with it; write it again", key) from None
-    except OSError:
-        return  # no second process can be started here
-    if done.returncode < 0:
-        raise InputError(
-            f"{path} is damaged: gmsh dies of it ({signal.Signals(-done.returncode).name}); write it again",
-            key,
-        )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
@@ -36,58 +35,65 @@ def session() -> Iterator[Any]:
             gmsh.finalize()
 
 
-def to_meshed(comm: Any, make: Callable[[Any], int], what: str) -> Meshed:
+@contextmanager
+def says(what: Any, key: str, hidden: str | None = None) -> Iterator[None]:
+    """Turn what gmsh raises into an :class:`InputError` of one line.
+
+    Args:
+        what: What is read or made, for the message.
+        key: Key of a case file, for the message.
+        hidden: A name in gmsh's words that stands for ``what``.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:  # gmsh raises plain Exception
+        words = " ".join(str(error).split())
+        if hidden:
+            words = words.replace(hidden, str(what))
+        raise InputError(f"{what}: gmsh says: {words}", key) from error
+
+
+def to_meshed(comm: Any, make: Callable[[Any], int], what: str, key: str = "geometry.spacing") -> Meshed:
     """Make or read a gmsh model on the first process and spread it over all.
 
     Args:
         comm: MPI communicator.
         make: Called with the gmsh module on the first process; returns the dimension of the mesh.
         what: What is made, for messages.
+        key: Key of a case file that decides about it, for messages.
 
     Raises:
         InputError: On every process, when it failed on the first.
     """
     with session() as gmsh:
-        problem, dim, groups = None, 0, []
+        problem, dim = None, 0
+        names: list[dict[str, int]] = []
         if comm.rank == 0:
             try:
-                dim = make(gmsh)
-                groups = [(d, tag, _name(gmsh.model, d, tag)) for d, tag in gmsh.model.getPhysicalGroups()]
+                with says(what, key):
+                    dim = make(gmsh)
+                    names = [_names(gmsh.model, d, what) for d in (dim - 1, dim)]
             except InputError as error:
                 problem = str(error)
-            except Exception as error:  # noqa: BLE001 - gmsh raises plain Exception
-                says = " ".join(str(error).split())
-                problem = f"geometry.path: {what}: gmsh says: {says}"
-        problem, dim, groups = comm.bcast((problem, dim, groups), root=0)
+        problem, dim, names = comm.bcast((problem, dim, names), root=0)
         if problem is not None:
             raise InputError(problem)
         data = dgmsh.model_to_mesh(gmsh.model, comm, 0, gdim=dim)
-    return Meshed(
-        data.mesh,
-        data.facet_tags,
-        {name: tag for d, tag, name in groups if d == dim - 1},
-        data.cell_tags,
-        {name: tag for d, tag, name in groups if d == dim},
-    )
+    boundaries, regions = names
+    return Meshed(data.mesh, data.facet_tags, boundaries, data.cell_tags, regions)
 
 
-def _name(model: Any, dim: int, tag: int) -> str:
-    """Name of a physical group, or its number where it has none."""
-    return model.getPhysicalName(dim, tag) or str(tag)
-
-
-def readable(path: Path, key: str) -> None:
-    """Refuse a path that is no readable, non-empty file.
-
-    Raises:
-        InputError: It is not.
-    """
-    try:
-        if not path.is_file():
-            raise InputError(f"there is no file {path}", key)
-        if path.stat().st_size == 0:
-            raise InputError(f"the file {path} is empty", key)
-        with path.open("rb") as stream:
-            stream.read(1)
-    except OSError as error:
-        raise InputError(f"the file {path} cannot be read: {error.strerror}", key) from error
+def _names(model: Any, dim: int, what: str) -> dict[str, int]:
+    """Tags of the physical groups of a dimension by name; a group without a name is called by its number."""
+    tags = [tag for _, tag in model.getPhysicalGroups(dim)]
+    named = [(model.getPhysicalName(dim, tag) or str(tag), int(tag)) for tag in tags]
+    for name, tag in named:
+        if dict(named)[name] != tag:
+            raise InputError(
+                f"{what} has a physical group of number {name} without a name and another called '{name}'; "
+                "give the first a name",
+                "geometry.path",
+            )
+    return dict(named)

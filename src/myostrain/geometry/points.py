@@ -16,7 +16,7 @@ Indices = npt.NDArray[np.int64]
 OUTSIDE = 1e-6
 
 
-def cells_at(mesh: Any, points: Array) -> tuple[Indices, Indices, Array]:
+def cells_at(mesh: Any, points: Array, reach: float = 0.0) -> tuple[Indices, Indices, Array]:
     """The cells of this process in which points lie, on a mesh of straight cells of any size.
 
     DOLFINx's own search takes a cell for one that holds a point if it is nearer than some absolute distance,
@@ -25,6 +25,7 @@ def cells_at(mesh: Any, points: Array) -> tuple[Indices, Indices, Array]:
     Args:
         mesh: A DOLFINx mesh of lines, triangles or tetrahedra.
         points: Points (n, dim), or more coordinates, the others of which are zero in the mesh.
+        reach: A length by which a point may be outside all the same, up to a hundredth of the cell's height.
 
     Returns:
         For each pair of a point and a cell that holds it, by ascending points and then cells: the point's
@@ -38,15 +39,19 @@ def cells_at(mesh: Any, points: Array) -> tuple[Indices, Indices, Array]:
     corners = mesh.geometry.x[mesh.geometry.dofmaps[0][:owned]]
     if not owned or not len(points):
         return np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, dim + 1))
-    size = np.ptp(corners, axis=1).max()
-    tree = dgeometry.bb_tree(mesh, dim, entities=np.arange(owned, dtype=np.int32), padding=OUTSIDE * size)
+    farthest = max(reach, OUTSIDE * np.ptp(corners, axis=1).max())
+    tree = dgeometry.bb_tree(mesh, dim, entities=np.arange(owned, dtype=np.int32), padding=farthest)
     near = dgeometry.compute_collisions_points(tree, padded)
     place = np.repeat(np.arange(len(points)), np.diff(near.offsets))
     cell = near.array.astype(np.int64)
     edges = (corners[cell, 1:] - corners[cell, :1])[..., :dim]
-    others = np.linalg.solve(np.swapaxes(edges, 1, 2), (padded[place] - corners[cell, 0])[:, :dim, None])
-    weights = np.concatenate([1 - others.sum(axis=1), others[..., 0]], axis=1)
+    # Columns of the inverse are gradients of weights: normals of the sides, as long as 1 / height.
+    inverse = np.linalg.inv(edges)
+    gradients = np.concatenate([-inverse.sum(axis=2, keepdims=True), inverse], axis=2)
+    others = np.einsum("pk,pki->pi", (padded[place] - corners[cell, 0])[:, :dim], inverse)
+    weights = np.concatenate([1 - others.sum(axis=1, keepdims=True), others], axis=1)
+    outside = np.clip(reach * np.linalg.norm(gradients, axis=1), OUTSIDE, 1e-2)
     off = np.abs((padded[place] - corners[cell, 0])[:, dim:]).max(axis=1, initial=0.0)
-    inside = (weights.min(axis=1) >= -OUTSIDE) & (off <= OUTSIDE * size)
+    inside = (weights >= -outside).all(axis=1) & (off <= farthest)
     order = np.lexsort((cell[inside], place[inside]))
     return place[inside][order], cell[inside][order], weights[inside][order]

@@ -2,25 +2,50 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from myostrain.engine import lasting
-from myostrain.errors import InputError, nearest
+from myostrain.errors import InputError
 from myostrain.geometry.checks import check_arrays
-from myostrain.geometry.gmsh_model import readable
 from myostrain.geometry.meshed import Meshed
+from myostrain.geometry.xdmf_arrays import SHAPES, Indices, Simplices, grids, read
 from myostrain.validation import description
 
+import basix.ufl
 import numpy as np
 import numpy.typing as npt
+from dolfinx import graph, io
 from dolfinx import mesh as dmesh
-from dolfinx.io import XDMFFile
 
 KEY = "geometry.path"
-SIMPLICES = {dmesh.CellType.interval: 1, dmesh.CellType.triangle: 2, dmesh.CellType.tetrahedron: 3}
+
+
+@dataclass(frozen=True)
+class _Data:
+    """What the first process has read and checked; the others have no nodes and cells.
+
+    Args:
+        dim: Dimension of the body.
+        points: Coordinates of the nodes (n, dim).
+        cells: Numbers of their nodes (m, dim + 1).
+        tagged: Tagged facets and cells, by the key that names them.
+        names: Tags by name, by the same keys.
+    """
+
+    dim: int
+    points: npt.NDArray[np.float64]
+    cells: Indices
+    tagged: Mapping[str, Simplices]
+    names: Mapping[str, dict[str, int]]
+
+    def empty(self) -> _Data:
+        """The same without numbers."""
+        none = {
+            key: Simplices(part.dim, part.nodes[:0], part.values[:0]) for key, part in self.tagged.items()
+        }
+        return _Data(self.dim, self.points[:0], self.cells[:0], none, self.names)
 
 
 @description
@@ -50,43 +75,42 @@ class XdmfFile:
         """Read the file and spread the mesh over the processes of ``comm``.
 
         Raises:
-            InputError: The file or its HDF5 file is missing or unreadable, has no grid or tags of these
-                names, cells of another kind, cells of no size, or parts that do not hang together; or no part
-                has a tag that is named.
+            InputError: The file or its HDF5 file is missing, damaged or unreadable, has no grid or tags of
+                these names, tags of another kind, cells of another kind, cells of no size, or parts that do
+                not hang together; or no part has a tag that is named.
         """
-        problem = None
+        problem, data, rest = None, None, None
         if comm.rank == 0:
             try:
-                self._check_file()
+                data = self._data()
+                rest = data.empty()
             except InputError as error:
                 problem = str(error)
-        problem = comm.bcast(problem, root=0)
+        problem, rest = comm.bcast((problem, rest), root=0)
         if problem is not None:
             raise InputError(problem)
-        try:
-            with XDMFFile(comm, str(self.path), "r") as file:
-                mesh = file.read_mesh(name=self.grid)
-                self._check(mesh)
-                dim = mesh.topology.dim
-                for d in (dim - 1, dim):
-                    mesh.topology.create_entities(d)
-                    mesh.topology.create_connectivity(d, dim)
-                facets = file.read_meshtags(mesh, name=self.facet_tags) if self.facet_tags else None
-                cells = file.read_meshtags(mesh, name=self.cell_tags) if self.cell_tags else None
-        except RuntimeError as error:
-            raise InputError(f"{self.path} cannot be read: {error}", KEY) from error
+        data = data or rest
+        shape = ("interval", "triangle", "tetrahedron")[data.dim - 1]
+        mesh = dmesh.create_mesh(
+            comm,
+            data.cells,
+            basix.ufl.element("Lagrange", shape, 1, shape=(data.dim,)),
+            data.points,
+            dmesh.create_cell_partitioner(dmesh.GhostMode.shared_facet, 2),
+        )
+        tags = {key: _tags(mesh, part) for key, part in data.tagged.items()}
         return Meshed(
             mesh,
-            facets,
-            _named(comm, facets, self.boundaries, "boundaries"),
-            cells,
-            _named(comm, cells, self.regions, "regions"),
+            tags.get("facet_tags"),
+            data.names.get("facet_tags", {}),
+            tags.get("cell_tags"),
+            data.names.get("cell_tags", {}),
         )
 
     def counts(self) -> tuple[float, float]:
         """How many nodes and cells the file has, before anything reads them."""
         try:
-            grid = self._grids()[self.grid]
+            grid = grids(self.path)[self.grid][0]
             sizes = [
                 float(str(part.attrib[what]).split()[0])
                 for tag, what in (("Geometry/DataItem", "Dimensions"), ("Topology", "NumberOfElements"))
@@ -96,78 +120,82 @@ class XdmfFile:
         except (InputError, KeyError, IndexError, ValueError):
             return 0.0, 0.0  # who reads it will say why
 
-    def _grids(self) -> dict[str, ET.Element]:
-        try:
-            root = ET.parse(self.path).getroot()
-        except (ET.ParseError, OSError, ValueError) as error:
-            raise InputError(f"{self.path} is no XDMF file: {error}", KEY) from error
-        if root.tag != "Xdmf":
-            raise InputError(f"{self.path} is no XDMF file: it begins with <{root.tag[:30]}>", KEY)
-        return {grid.get("Name", ""): grid for grid in root.iter("Grid")}
-
-    def _check_file(self) -> None:
-        """Refuse a file without these grids or without its HDF5 file; of these DOLFINx says little."""
-        readable(self.path, KEY)
-        grids = self._grids()
-        wanted = {"grid": self.grid, "facet_tags": self.facet_tags, "cell_tags": self.cell_tags}
-        for key, name in wanted.items():
-            if name is not None and name not in grids:
-                raise InputError(
-                    f"{self.path} has no grid called '{name}'; {nearest(name, grids)}", f"geometry.{key}"
-                )
-        for grid in grids.values():
-            for item in grid.iter("DataItem"):
-                if item.get("Format") == "HDF" and item.text:
-                    data = self.path.parent / item.text.strip().rsplit(":", 1)[0]
-                    readable(data, KEY)
-                    with data.open("rb") as stream:
-                        if not stream.read(8).startswith(b"\x89HDF"):
-                            raise InputError(f"{data} is no HDF5 file", KEY)
-
-    def _check(self, mesh: dmesh.Mesh) -> None:
-        """Refuse what cannot be a reference body; the first process looks, all learn the outcome."""
-        dim = SIMPLICES.get(mesh.topology.cell_type)
-        if dim is None or mesh.geometry.cmaps[0].degree != 1:
+    def _data(self) -> _Data:
+        """Read and check the file."""
+        wanted = {"facet_tags": self.facet_tags, "cell_tags": self.cell_tags}
+        for key, given in (("facet_tags", self.boundaries), ("cell_tags", self.regions)):
+            if given and wanted[key] is None:
+                of = "boundaries" if key == "facet_tags" else "regions"
+                raise InputError(f"names are given, but no {key} to read from the file", f"geometry.{of}")
+        asked = {key: name for key, name in wanted.items() if name is not None}
+        points, cells, tagged = read(self.path, self.grid, asked)
+        dim = cells.dim
+        if dim == 0 or points.shape[1] < dim:
             raise InputError(
-                f"{self.path} has cells of kind {mesh.topology.cell_type.name}, degree "
-                f"{mesh.geometry.cmaps[0].degree}; use straight lines, triangles or tetrahedra",
+                f"{self.path} has cells that are {SHAPES[dim]}, and nodes of {points.shape[1]} coordinates; "
+                "use lines, triangles or tetrahedra",
                 KEY,
             )
-        if mesh.geometry.dim != dim:
+        for key, part in tagged.items():
+            self._check_tags(key, part, dim, cells.nodes)
+        if not len(cells.nodes):
+            raise InputError(f"{self.path} has no cells", KEY)
+        nothing = Simplices(dim - 1, np.zeros((0, dim), dtype=np.int64), np.zeros(0, dtype=np.int64))
+        sides = tagged.get("facet_tags", nothing)
+        padded = np.zeros((len(points), 3))
+        padded[:, : points.shape[1]] = points
+        check_arrays(self.path, dim, padded, cells.nodes, sides.nodes, sides.values)
+        names: dict[str, dict[str, int]] = {}
+        if "facet_tags" in tagged:
+            names["facet_tags"] = _named(tagged["facet_tags"].values, self.boundaries, "boundaries")
+        if "cell_tags" in tagged:
+            names["cell_tags"] = _named(tagged["cell_tags"].values, self.regions, "regions")
+        return _Data(dim, points[:, :dim], cells.nodes, tagged, names)
+
+    def _check_tags(self, key: str, part: Simplices, dim: int, cells: Indices) -> None:
+        """Refuse tags of something else than the key says."""
+        needed = dim - 1 if key == "facet_tags" else dim
+        if part.dim != needed:
+            what = "the sides of the cells" if key == "facet_tags" else "the cells"
             raise InputError(
-                f"{self.path} has cells of dimension {dim} and nodes of {mesh.geometry.dim} coordinates; "
-                f"save nodes of {dim} coordinates",
-                KEY,
+                f"'{getattr(self, key)}' in {self.path} are tags of {SHAPES[part.dim]}; {what} are "
+                f"{SHAPES[needed]}",
+                f"geometry.{key}",
             )
-        comm, nodes = lasting(mesh.comm), mesh.geometry.index_map()
-        owned = mesh.topology.index_map(dim).size_local
-        corners = nodes.local_to_global(mesh.geometry.dofmaps[0][:owned].reshape(-1)).reshape(-1, dim + 1)
-        parts = comm.gather((mesh.geometry.x[: nodes.size_local], corners), root=0)
-        problem = None
-        if comm.rank == 0:
-            points, cells = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
-            try:
-                check_arrays(self.path, dim, points, cells)
-            except InputError as error:
-                problem = str(error)
-        problem = comm.bcast(problem, root=0)
-        if problem is not None:
-            raise InputError(problem)
+        if key == "facet_tags":
+            return
+        both = np.sort(np.concatenate([cells, part.nodes]), axis=1)
+        number = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
+        strange = ~np.isin(number[len(cells) :], number[: len(cells)])
+        if strange.any():
+            raise InputError(
+                f"{self.path} has tags of {int(strange.sum())} {SHAPES[dim]} that are no cells of the mesh",
+                f"geometry.{key}",
+            )
+        if len(np.unique(number[len(cells) :])) < len(part.nodes):
+            raise InputError(f"{self.path} has two tags for a cell", f"geometry.{key}")
 
 
-def _named(
-    comm: Any, tags: dmesh.MeshTags | None, names: Mapping[str, int] | None, key: str
-) -> dict[str, int]:
-    """The tags by name."""
-    if tags is None:
-        if names:
-            what = "facet_tags" if key == "boundaries" else "cell_tags"
-            raise InputError(f"names are given, but no {what} to read from the file", f"geometry.{key}")
-        return {}
-    values: npt.NDArray[np.int32] = np.unique(np.concatenate(comm.allgather(np.unique(tags.values))))
-    for name, value in (names or {}).items():
-        if value not in values:
-            known = ", ".join(map(str, values))
-            raise InputError(f"nothing has the tag {value}; there are {known}", f"geometry.{key}.{name}")
-    called = {value: name for name, value in (names or {}).items()}
-    return {called.get(int(value), str(value)): int(value) for value in values}
+def _tags(mesh: dmesh.Mesh, part: Simplices) -> dmesh.MeshTags:
+    """Tags on a mesh of simplices whose nodes have the file's numbers, given on any process."""
+    mesh.topology.create_entities(part.dim)
+    mesh.topology.create_connectivity(part.dim, mesh.topology.dim)
+    entities, values = io.distribute_entity_data(mesh, part.dim, part.nodes, part.values.astype(np.int32))
+    return dmesh.meshtags_from_entities(mesh, part.dim, graph.adjacencylist(entities), values)
+
+
+def _named(values: Indices, names: Mapping[str, int] | None, key: str) -> dict[str, int]:
+    """The tags by name; one without a name is called by its number."""
+    known = np.unique(values).tolist()
+    given = dict(names or {})
+    for name, value in given.items():
+        if value not in known or value < 0:
+            there = ", ".join(str(tag) for tag in known if tag >= 0)
+            raise InputError(f"nothing has the tag {value}; there are {there}", f"geometry.{key}.{name}")
+        if name.isdecimal() and int(name) in known and int(name) != value:
+            raise InputError(
+                f"'{name}' is the name of the tag {value}, but there is a tag {name}; choose another name",
+                f"geometry.{key}.{name}",
+            )
+    unnamed = {str(tag): tag for tag in known if tag >= 0 and tag not in given.values()}
+    return given | unnamed
