@@ -315,18 +315,6 @@ def test_deformed_points(tmp_path):
     assert run.deformed() == pytest.approx(points)
 
 
-def test_activation_of_what_is_active_at_first(tmp_path):
-    """A node that starts above 0.5 never rises through it, and yet was not left out."""
-    points, _ = sheet(tmp_path, n=10)
-    np.savez(tmp_path / "snapshots" / "activation.npz", activation_time=np.full(len(points), np.nan))
-    run = Recording(tmp_path)
-    times = run.activation()
-    active = bump(np.hypot(*(points - [60, 0]).T)) >= 0.5
-    assert active.any()
-    assert (times[active] == 0).all()
-    assert np.isnan(times[~active]).all()
-
-
 def test_labels(tmp_path):
     line(tmp_path, 60.0)
     run = Recording(tmp_path)

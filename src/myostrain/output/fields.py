@@ -40,6 +40,13 @@ def cell_fibres(body: Body) -> Array:
     return np.asarray(f0, dtype=float).reshape(len(cells), -1)
 
 
+def _about(potential: Any) -> dict[str, Any]:
+    """What pictures have to know of a potential: range, threshold and units."""
+    membrane = getattr(potential, "membrane", None)
+    units = {name: getattr(membrane, f"{name}_unit", None) for name in ("time", "potential")}
+    return {"range": potential.range, "threshold": potential.threshold, "units": units}
+
+
 class FieldWriter:
     """Writes chosen fields at the times when :meth:`write` is called; all methods are collective.
 
@@ -60,7 +67,7 @@ class FieldWriter:
         if self._values(headers=True):
             body = model.potential.body
             fibres = cell_fibres(body) if body.dim == 3 else None
-            self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres)
+            self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres, _about(model.potential))
 
     def write(self, step: int, time: float) -> None:
         """Write the present fields, after so many steps.

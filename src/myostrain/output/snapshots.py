@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -47,6 +48,7 @@ class SnapshotWriter:
         vectors: Space of the vector fields, P1 with a block; None if there are none.
         fibres: Fibre directions at the centres of this process's own cells, (cells, dim); None to leave
             them out.
+        about: What the membrane says of the potential: its "range", "threshold" and "units".
     """
 
     def __init__(
@@ -55,6 +57,7 @@ class SnapshotWriter:
         space: fem.FunctionSpace,
         vectors: fem.FunctionSpace | None,
         fibres: Array | None = None,
+        about: Mapping[str, Any] | None = None,
     ) -> None:
         # Here, as who only reads frames needs no engine.
         from myostrain.engine import lasting
@@ -77,7 +80,7 @@ class SnapshotWriter:
             arrays = {"points": np.column_stack(columns), "cells": cells[by_nodes]}  # type: ignore[arg-type]
             if fibres is not None:
                 arrays["fibres"] = np.concatenate([part for _, part in parts])[by_nodes]
-        self._save("mesh.npz", arrays)
+        self._save("mesh.npz", {**arrays, "about": json.dumps(dict(about or {}))})
 
     def write(self, step: int, time: float, values: Mapping[str, Array]) -> None:
         """Write a frame.
@@ -137,6 +140,7 @@ class Snapshots:
         points: Material coordinates of the nodes, (n, dim).
         cells: Node numbers of the cells, (m, dim + 1).
         fibres: Fibre directions at the centres of the cells, (m, dim); None where they were not written.
+        about: What the membrane says of the potential: its "range", "threshold" and "units".
         times: Times of the frames, (frames,).
         names: Fields that every frame has; empty without a frame.
 
@@ -155,6 +159,7 @@ class Snapshots:
         with _opened(self._folder / "mesh.npz") as mesh:
             self.points: Array = np.asarray(mesh["points"], dtype=float)
             self.cells: npt.NDArray[np.int64] = np.asarray(mesh["cells"], dtype=np.int64)
+            self.about: dict[str, Any] = json.loads(str(mesh["about"])) if "about" in mesh.files else {}
             given = "fibres" in mesh.files
             self.fibres: Array | None = np.asarray(mesh["fibres"], dtype=float) if given else None
         self._paths = list(frame_paths(folder).values())

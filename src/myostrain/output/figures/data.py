@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
+from myostrain.output.figures.style import potential_range
 from myostrain.output.folder import read_regular
 from myostrain.output.snapshots import Snapshots
 
@@ -69,13 +70,31 @@ class Recording:
 
     def unit(self, quantity: str) -> str:
         """The unit of a quantity, such as "length"; empty if there is none."""
-        units = self.case.get("units")
-        return str(units.get(quantity, "")) if isinstance(units, dict) else ""
+        units = self._units()
+        return str(units.get(quantity, ""))
+
+    def _units(self) -> dict[str, str]:
+        """Units of the case, and those that its membrane declares."""
+        declared = {k: v for k, v in self._snapshots.about.get("units", {}).items() if v}
+        given = self.case.get("units")
+        return {**declared, **(given if isinstance(given, dict) else {})}
+
+    def potential_range(self, values: Array) -> tuple[float, float]:
+        """Ends of the colour scale of a potential: those of a membrane with a unit, or of the values."""
+        declared = self._snapshots.about.get("range")
+        if declared and self._snapshots.about.get("units", {}).get("potential"):
+            return float(declared[0]), float(declared[1])
+        return potential_range(values)
+
+    @property
+    def threshold(self) -> float:
+        """The potential above which a node counts as activated."""
+        return float(self._snapshots.about.get("threshold", 0.5))
 
     def label(self, symbol: str, quantity: str) -> str:
         """An axis label: the symbol and its unit, "non-dimensional" unless the case has ``[units]``."""
-        units = self.case.get("units")
-        unit = units.get(quantity) if isinstance(units, dict) and units else "non-dimensional"
+        units = self._units()
+        unit = units.get(quantity) if units else "non-dimensional"
         return symbol if unit is None else f"{symbol} ({unit})"
 
     def has(self, *names: str) -> bool:

@@ -15,7 +15,6 @@ from myostrain.output.figures.style import (
     at_time,
     extend,
     new_figure,
-    potential_range,
     save,
 )
 
@@ -169,7 +168,7 @@ def _both(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, 
 
 def _scaled(recording: Recording) -> bool:
     """Whether the potential is one of those that rest at 0 and peak near 1."""
-    return potential_range(recording.field("potential")) == POTENTIAL
+    return recording.potential_range(recording.field("potential")) == POTENTIAL
 
 
 def _over(run: Recording, frame: int, coordinates: Array, name: str = "potential") -> tuple[Array, ...]:
@@ -234,7 +233,7 @@ def _space_time(recording: Recording, twin: Recording | None, path: Path) -> Pat
     X, v = sorted_line(recording.points[:, 0], recording.history("potential"))
     figure = new_figure(7.2, 4.4, recording.title)
     panel = figure.add_subplot()
-    norm = Normalize(*potential_range(v))
+    norm = Normalize(*recording.potential_range(v))
     fine = resampled(resampled(v, recording.time, 600).T, X, 1200).T
     extent = (X[0], X[-1], recording.time[0], recording.time[-1])
     image = panel.imshow(fine, norm=norm, extent=extent, origin="lower", aspect="auto")
@@ -244,12 +243,12 @@ def _space_time(recording: Recording, twin: Recording | None, path: Path) -> Pat
     if twin is not None:
         X, v = sorted_line(twin.points[:, 0], twin.history("potential"))
         panel.plot(
-            leading_edge(X, v),
+            leading_edge(X, v, twin.threshold),
             twin.time,
             color="white",
             dashes=(4, 2),
             linewidth=1.3,
-            label="rigid front, $v$ = 0.5",
+            label=f"rigid front, $v$ = {twin.threshold:g}",
         )
         panel.legend(loc="lower right", labelcolor="white")
     panel.set(xlim=(X[0], X[-1]), ylim=(recording.time[0], recording.time[-1]))

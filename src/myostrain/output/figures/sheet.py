@@ -16,7 +16,6 @@ from myostrain.output.figures.style import (
     extend,
     new_figure,
     plain,
-    potential_range,
     save,
     save_film,
     symmetric_range,
@@ -88,7 +87,7 @@ def draw_sheet(recording: Recording, folder: Path) -> list[Path]:
     written = []
     if recording.has("potential"):
         v = recording.field("potential")
-        colours = {"cmap": SEQUENTIAL, "norm": Normalize(*potential_range(v))}
+        colours = {"cmap": SEQUENTIAL, "norm": Normalize(*recording.potential_range(v))}
         label = recording.label("potential $v$", "potential")
         written.append(_still(recording, v, label, colours, folder / "potential.png"))
     if recording.has("stress_trace"):
@@ -187,7 +186,7 @@ def _film(recording: Recording, path: Path) -> Path:
         places.append(np.array([x.min(axis=0), x.max(axis=0)]))
         v = recording.field("potential", frame)
         extremes += [np.nanmin(v), np.nanmax(v)]
-    norm = Normalize(*potential_range(np.array(extremes)))
+    norm = Normalize(*recording.potential_range(np.array(extremes)))
     figure, panel = _page(recording, np.concatenate(places), deformed=True, dpi=FILM_DPI)
     edges = boundary_edges(recording.cells)
     if recording.has("displacement"):

@@ -20,7 +20,6 @@ from myostrain.output.figures.style import (
     at_time,
     extend,
     plain,
-    potential_range,
     save,
     save_film,
     symmetric_range,
@@ -104,7 +103,7 @@ class _Solid:
         recording, written = self.recording, []
         shown: list[tuple[str, Array, str, Normalize, str]] = []
         if self.potential is not None:
-            norm = Normalize(*potential_range(self.potential))
+            norm = Normalize(*recording.potential_range(self.potential))
             label = recording.label("potential $v$", "potential")
             shown.append(("potential", self.potential, SEQUENTIAL, norm, label))
         if self.size.max() > 0:
