@@ -1,4 +1,4 @@
-"""Activation times: at the start, of every beat, at the membrane's threshold; when there is no celerity, and why."""
+"""Activation times: at the start, of every beat, at the membrane's threshold; no celerity, and why."""
 
 import myostrain as ms
 from myostrain.output.probes import ActivationTimes, Probes

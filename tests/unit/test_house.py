@@ -11,7 +11,8 @@ SOURCE = Path(__file__).parents[2] / "src" / "myostrain"
 #: Layers from the ground up. A part imports from those below it and from its own folder, never from above;
 #: parts of one layer do not know each other. A name is a folder, or a module at the top.
 LAYERS = [
-    {"errors", "kernel_cache"},
+    {"errors"},
+    {"kernel_cache"},
     {"engine"},
     {"validation", "state"},
     {"history", "course", "directions"},
