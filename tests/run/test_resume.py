@@ -17,6 +17,7 @@ from myostrain.solvers.newton import ChordNewton
 import numpy as np
 import pytest
 
+from mesh_files import write_mesh
 from small_cases import ALONE, LINE, SHEET, SOLID, STATIC, changed, command_line, write_case
 
 #: Whatever has a history of its own: schemes, viscosity, pressures, held bodies, the other mass matrix.
@@ -146,6 +147,34 @@ def test_another_case_is_not_resumed(tmp_path):
     other = Case.from_dict(changed(SHEET, {"output.checkpoint_every": 2e-3, "activation.beta": 0.2}))
     with pytest.raises(InputError, match="changed since"):
         run_case(other, tmp_path, comm=ALONE, resume=True)
+
+
+@pytest.mark.parametrize("key", ["geometry", "fibres"])
+def test_another_file_is_not_resumed(tmp_path, key):
+    """file_digests: a mesh whose groups have other names, or other fibres, belong to another run."""
+    mesh, fibres = tmp_path / "body.msh", tmp_path / "fibres.npz"
+    write_mesh(mesh, step=3.0)
+    cells = Case.from_dict(changed(SHEET, {"geometry": {"kind": "file", "path": str(mesh)}})).geometry
+    found = cells.mesh(ALONE).mesh.geometry
+    centres = found.x[found.dofmaps[0]].mean(axis=1)[:, :2]
+    np.savez(fibres, points=centres, f0=centres * 0 + [1.0, 0.0])
+    changes = {
+        "geometry": {"kind": "file", "path": str(mesh)},
+        "fibres": {"kind": "file", "path": str(fibres)},
+        "initial.center": [0.0, 3.0],
+        "probes": {"a": [10.0, 3.0]},
+    }
+    case, _ = interrupted(tmp_path / "out", **changes)
+    before = {path: path.read_bytes() for path in (mesh, fibres)}
+    if key == "geometry":
+        mesh.write_bytes(before[mesh].replace(b'"left"', b'"lift"'))
+    else:
+        np.savez(fibres, points=centres, f0=centres * 0 + [0.0, 1.0])
+    with pytest.raises(InputError, match=rf"^{key}\.path: the file was changed since the checkpoint"):
+        run_case(case, tmp_path / "out", comm=ALONE, resume=True, figures=False)
+    for path, content in before.items():
+        path.write_bytes(content)
+    assert run_case(case, tmp_path / "out", comm=ALONE, resume=True, figures=False)["completed"]
 
 
 def test_another_format_is_refused(tmp_path, monkeypatch):

@@ -319,6 +319,11 @@ class Case:
                     step,
                 )
 
+    def _files(self) -> dict[str, tuple[Path, ...]]:
+        """The files that the case is from, by the key that names them."""
+        parts = {"geometry.path": self.geometry, "fibres.path": self.fibres}
+        return {key: part.files for key, part in parts.items() if hasattr(part, "files")}
+
     def simulation(
         self,
         comm: Any = MPI.COMM_WORLD,
@@ -349,7 +354,7 @@ class Case:
             ellipticity=self.mechanics.ellipticity,
             force=force,
             resume=resume,
-            case={"name": self.name, "parameters": self.parameters},
+            case={"name": self.name, "parameters": self.parameters, "files": self._files()},
             setup_seconds=time.perf_counter() - begin,
         )
         self._warn_of_missed_peaks(simulation.step)

@@ -61,6 +61,11 @@ class FileFibres:
 
     path: Path
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What is read: a run is resumed with the same only."""
+        return (self.path,)
+
     def directions_on(self, meshed: Meshed) -> Microstructure:
         """Unit directions as UFL vectors, constant in each cell.
 

@@ -35,6 +35,11 @@ class MeshFile:
 
     path: Path
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What is read: a run is resumed with the same only."""
+        return (self.path,)
+
     def mesh(self, comm: Any) -> Meshed:
         """Read the file and spread the mesh over the processes of ``comm``.
 

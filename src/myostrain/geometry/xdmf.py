@@ -10,7 +10,7 @@ from typing import Any
 from myostrain.errors import InputError
 from myostrain.geometry.checks import check_arrays
 from myostrain.geometry.meshed import Meshed
-from myostrain.geometry.xdmf_arrays import SHAPES, Indices, Simplices, grids, read
+from myostrain.geometry.xdmf_arrays import SHAPES, Indices, Simplices, grids, hdf5_files, read
 from myostrain.validation import description
 
 import basix.ufl
@@ -70,6 +70,11 @@ class XdmfFile:
     cell_tags: str | None = None
     boundaries: Mapping[str, int] | None = None
     regions: Mapping[str, int] | None = None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What is read, the HDF5 files included: a run is resumed with the same only."""
+        return (self.path, *hdf5_files(self.path))
 
     def mesh(self, comm: Any) -> Meshed:
         """Read the file and spread the mesh over the processes of ``comm``.

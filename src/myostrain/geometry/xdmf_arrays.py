@@ -152,6 +152,18 @@ def _dim(path: Path, grid: ET.Element) -> int:
     return SIMPLICES[kind.lower()]
 
 
+def hdf5_files(path: Path) -> list[Path]:
+    """The HDF5 files that the grids of an XDMF file are in, each once, in their order.
+
+    Raises:
+        InputError: It is no XDMF file.
+    """
+    elements = [element for named in grids(path).values() for element in named]
+    items = [item for element in elements for item in element.iter("DataItem")]
+    texts = [(item.text or "").strip() for item in items if item.get("Format", "XML").upper() == "HDF"]
+    return [path.parent / name for name in dict.fromkeys(text.rpartition(":")[0] for text in texts)]
+
+
 def _arrays(
     path: Path, items: Mapping[tuple[str, str], ET.Element]
 ) -> dict[tuple[str, str], npt.NDArray[Any]]:

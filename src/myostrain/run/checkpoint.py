@@ -7,7 +7,7 @@ import io
 import json
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -170,6 +170,27 @@ class Checkpoints:
         if isinstance(value, list):
             return [self._unpacked(entry, arrays) for entry in value]
         return value
+
+
+def file_digests(files: Mapping[str, Sequence[Path]], comm: Any) -> dict[str, str]:
+    """A SHA-256 of the contents of a case's files, by the key that names them (collective).
+
+    Args:
+        files: The files by key.
+        comm: MPI communicator; its first process reads.
+    """
+
+    def digests() -> dict[str, str]:
+        found = {}
+        for key, paths in files.items():
+            digest = hashlib.sha256()
+            for path in paths:
+                with path.open("rb") as stream:
+                    digest.update(hashlib.file_digest(stream, "sha256").digest())
+            found[key] = digest.hexdigest()
+        return found
+
+    return dict(comm.bcast(digests() if comm.rank == 0 else None, root=0))
 
 
 class _Damage(Exception):

@@ -19,7 +19,7 @@ from myostrain.output.fields import FieldName, FieldWriter
 from myostrain.output.folder import on_first, prepare, write_json
 from myostrain.output.probes import ActivationTimes, Probes
 from myostrain.output.table import MeasureTable, ProbeTable
-from myostrain.run.checkpoint import Checkpoints
+from myostrain.run.checkpoint import Checkpoints, file_digests
 from myostrain.run.interrupts import Interrupts
 from myostrain.run.retries import Recovery, check_finite
 from myostrain.run.schedule import Callback, CheckpointClock, Schedule, callbacks
@@ -62,7 +62,7 @@ class Simulation:
             of that; infinity for none by the clock.
         force: Whether results of an earlier run in ``out`` may be removed.
         resume: Whether to go on from the last checkpoint in ``out``; from time 0 if there is none.
-        case: What ran, for the record: name and parameters.
+        case: What ran, for the record: name and parameters, and the files it is from, by key.
         setup_seconds: Seconds that building the model took, for the record.
 
     Raises:
@@ -112,6 +112,7 @@ class Simulation:
         self._case = dict(case or {"name": "script", "parameters": {}})
         self._setup = setup_seconds
         self._comm = lasting(model.potential.body.comm)
+        self._files = file_digests(self._case.pop("files", {}), self._comm)
         self.probes = Probes(model.potential.v.function_space, probes or {})
         self.out = None if out is None else Path(out)
         self._lock = None
@@ -203,6 +204,7 @@ class Simulation:
         def state() -> State:
             return {
                 "case": self._case["parameters"],
+                "files": self._files,
                 "versions": versions(),
                 "step": self.step,
                 "model": model.state(),
@@ -282,6 +284,12 @@ class Simulation:
                 "anew into another folder",
                 "--resume",
             )
+        for key, digest in saved.get("files", {}).items():
+            if self._files.get(key) != digest:
+                raise InputError(
+                    "the file was changed since the checkpoint; put it back, or run anew into another folder",
+                    key,
+                )
         log.info("resumed at t = %.6g, step %d", saved["model"]["time"], saved["model"]["steps"])
         return saved
 
