@@ -322,7 +322,10 @@ class Case:
     def _files(self) -> dict[str, tuple[Path, ...]]:
         """The files that the case is from, by the key that names them."""
         parts = {"geometry.path": self.geometry, "fibres.path": self.fibres}
-        return {key: part.files for key, part in parts.items() if hasattr(part, "files")}
+        found = {key: part.files for key, part in parts.items() if hasattr(part, "files")}
+        if self.drive is not None and self.drive.path is not None:
+            found["drive.path"] = (self.drive.path,)
+        return found
 
     def simulation(
         self,
