@@ -19,7 +19,7 @@ class Recorded(ChordNewton):
 
 
 class GivenStrain:
-    """An active deformation of a user's own: γ is the UFL expression or number given, come what may."""
+    """An active deformation of a user's own: γ is what is given in UFL, whatever the nodes have."""
 
     def __init__(self, gamma, deformation=None):
         self.value, self.deformation = gamma, deformation or Fibre()

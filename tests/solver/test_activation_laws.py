@@ -214,7 +214,7 @@ def test_relaxing_is_exact_for_a_frozen_potential(v, constant):
 
 @pytest.mark.parametrize("scheme", [ms.Implicit(), ms.Staggered(), ms.SecondOrder()], ids=str)
 def test_a_given_potential_drives_a_relaxing_law_exactly(scheme):
-    """v = 1 from the start: γ = −β (1 − exp(−t/rise)) whatever the steps; ``activity`` scales it."""
+    """v = 1 from the start: γ = −β (1 − exp(−t/rise)) whatever the steps."""
     body = ms.build(ms.geometry.Line(length=4.0))
     mechanics = ms.Mechanics(
         body, kinematics=ms.kinematics.Line(), material=ms.materials.Spring(), fixed=["left"]

@@ -94,7 +94,7 @@ WRONG = {
 
 @pytest.mark.parametrize("membrane, message", WRONG.values(), ids=WRONG.keys())
 def test_what_is_no_membrane_model_is_refused(membrane, message):
-    """check_membrane: what is missing, has a wrong shape or is not analytic; the message says which."""
+    """check_membrane: "Something is missing, has a wrong shape, or is not analytic; ..."."""
     with pytest.raises(ms.InputError, match=message) as caught:
         ms.Potential(ms.build(ms.geometry.Line(length=2.0)), membrane=membrane)
     assert caught.value.key == "cell.model"
