@@ -71,9 +71,9 @@ class Electromechanics:
         if mechanics is not None:
             self._transfer = transfer or SameMesh(mechanics)
             chosen: Any = Proportional() if law is None else law
-            self._uses_stretch = "stretch" in getattr(chosen, "drivers", ())
             space = potential.v.function_space
             self.activation = NodalActivation(chosen, space, self._drivers(), mechanics.yields, activity)
+            self._uses_stretch = "stretch" in chosen.drivers
             self.feedback = check_well_posed(potential, mechanics, self.activation)
         if isinstance(self.scheme, SecondOrder) and self.scheme.every > 1 and self.feedback > STRONG:
             raise InputError(

@@ -76,7 +76,7 @@ WRONG = {
     "a list of them": (Law(POTENTIAL, lambda d: [symbolic(d)]), "of UFL.*in NumPy"),
     "a function of UFL": (
         Law(POTENTIAL, lambda d: -0.2 * ufl.tanh(d["potential"])),
-        r"Law\.activation failed.*UFL",
+        r"(?s)Law\.activation failed.*UFL",
     ),
     "another shape": (Law(("time",), lambda d: np.zeros(3)), r"shape \(3,\); wanted"),
     "two values a node": (Law(POTENTIAL, lambda d: np.array([d["potential"]] * 2)), "shape|broadcast"),

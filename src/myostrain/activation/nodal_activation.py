@@ -103,11 +103,10 @@ class NodalActivation:
         if self._own or tuple(self.law.drivers) != ("potential",) or self.yields != "strain":
             return None
         none = np.zeros((0, len(potentials)))
-        found = _plain(
-            _called(self.law, "activation", none, {"potential": potentials}), type(self.law).__name__
-        )
+        given = _called(self.law, "activation", none, {"potential": potentials})
+        found = self._array(given, potentials.shape, "activation", single=True)
         most = lasting(self._space.mesh.comm).allreduce(float(np.max(self._factor)), op=MPI.MAX)
-        gamma = most * np.broadcast_to(found, potentials.shape)
+        gamma = most * found
         with np.errstate(divide="ignore", invalid="ignore"):
             answer = -potentials * np.gradient(gamma, potentials, edge_order=2) / (1 + gamma)
         return gamma, answer
@@ -174,6 +173,8 @@ def _plain(found: Any, who: str) -> Array:
             "activation.law",
         )
     try:
+        if np.iscomplexobj(found):
+            raise TypeError("they are complex")
         return np.asarray(found, dtype=float)
     except (TypeError, ValueError) as error:
         raise InputError(f"{who} gives no array of real numbers: {error}", "activation.law") from None

@@ -38,10 +38,10 @@ class InitialValues:
         """
         share = self.where.share(body, space, "initial")
         if self.potential is not None:
-            v += (self.potential - v) * share
+            v[:] = (1 - share) * v + share * self.potential  # exact where the share is 0 or 1
         for name, value in (self.states or {}).items():
             if name not in names:
                 hint = nearest(name, names) if names else "this membrane has no states"
                 raise InputError(f"'{name}' is no state of the membrane; {hint}", "initial.states")
             row = states[list(names).index(name)]
-            row += (value - row) * share
+            row[:] = (1 - share) * row + share * value

@@ -89,8 +89,8 @@ class Place:
         else:
             points = np.array([self.center] if self.box is None else self.box, dtype=float)
             if not body.dim <= points.shape[1] <= 3:
-                name = "center" if self.box is None else "box"
-                raise InputError(f"{points.tolist()}: give {body.dim} coordinates", f"{key}.{name}")
+                name, given = ("box", self.box) if self.box else ("center", self.center)
+                raise InputError(f"{given}: give {body.dim} coordinates", f"{key}.{name}")
             points = points[:, : body.dim]
             outside = self._outside(X, points)
             inside = outside <= close
@@ -144,6 +144,7 @@ class Place:
 
     def _in_region(self, body: Body, space: fem.FunctionSpace, key: str) -> npt.NDArray[np.bool_]:
         tags, known = body.meshed.cell_tags, body.meshed.regions
+        body.mesh.topology.create_connectivity(body.dim, body.dim)
         marked = fem.Function(space)
         for name in self.region or ():
             if name not in known or tags is None:

@@ -212,7 +212,9 @@ class Potential:
         self.v.x.array[:], self.states = values[0], values[1:].copy()
 
     def start(self, time: float = 0.0) -> None:
-        """Begin at the present values, on the present deformation."""
+        """Begin at the present values, on the present deformation, as if nothing had been solved before."""
+        self.solver.forget()
+        self._weight = 0.0
         self.update_deformation()
         self.past, self.values, self.times = [], [], []
         self.accept(time, keep=1)

@@ -258,6 +258,7 @@ class Mechanics:
         """
         self.history.clear()
         self._past_activation.clear()
+        self.solver.forget()  # a second run has the bits of the first one
         former = self.u.x.array.copy()
         self.u.x.array[:] = 0.0
         self._past_loads = np.zeros_like(self._past_loads)
