@@ -172,8 +172,8 @@ WRONG = [
     (
         SOLID,
         {"initial": {"boundary": ["top"], "potential": 1.0, "radius": 2.0}},
-        "initial.radius",
-        "boundary",
+        "initial",
+        "give one of center and radius, box, boundary, region, not center and radius and boundary",
     ),
     (
         SOLID,

@@ -66,19 +66,25 @@ def make(
         known = [f.name for part in inner if dataclasses.is_dataclass(part) for f in dataclasses.fields(part)]
         raise InputError(f"no such key; {nearest(str(place[-1]), known)}", key)
     kind = str(typing.get_type_hints(cls).get(str(place[0]))) if place else ""
-    raise InputError(f"{_plain_words(found, kind)}, not {shown(found['input'])}", key)
+    # What does not fit together is no single value.
+    given = f", not {shown(found['input'])}" if place else ""
+    raise InputError(f"{_plain_words(found, kind)}{given}", key)
 
 
 def make_placed(cls: Any, given: Any, section: str) -> tuple[Any, ...]:
     """Make things in places from a section, or from several: the keys of the place lie among the others."""
     tables = [given] if isinstance(given, Mapping) else list(given)
     places = [f.name for f in dataclasses.fields(Place)]
+    known = [*places, *(f.name for f in dataclasses.fields(cls) if f.name != "where")]
     made = []
     for number, table in enumerate(tables, start=1):
         key = section if len(tables) == 1 else f"{section}.{number}"
+        for name in table:
+            if name not in known:
+                raise InputError(f"no such key; {nearest(name, known)}", dotted(key, name))
         where = make(Place, {k: v for k, v in table.items() if k in places}, key)
         others = {k: v for k, v in table.items() if k not in places}
-        made.append(make(cls, {**others, "where": where}, key, also=places))
+        made.append(make(cls, {**others, "where": where}, key))
     return tuple(made)
 
 
