@@ -91,7 +91,7 @@ WRONG = [
     ({"initial": [3]}, "initial", "a section"),
     ({"initial": [TWO[0], TWO[1] | {"center": [1.0]}]}, "initial.2", "not center and radius and box"),
     (
-        {"initial": [TWO[0], {"potential": 0.9, "center": [0.0], "radius": -1.0}]},
+        {"initial": [TWO[0], TWO[0] | {"radius": -1.0}]},
         "initial.2.radius",
         "than 0",
     ),
