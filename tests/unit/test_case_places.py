@@ -96,7 +96,7 @@ WRONG = [
         "than 0",
     ),
     ({"initial.potential": REMOVED}, "initial", "give potential, or states"),
-    ({"initial.states": {"recovery": "much"}}, "initial.states", "number"),
+    ({"initial.states": {"recovery": "much"}}, "initial.states.recovery", "number"),
     ({"initial.sampling": "mena"}, "initial.sampling", "'nodal' or 'mean'"),
     ({"stimulus": {"strength": 1.0, "center": [0.0], "radius": 1.0}}, "stimulus.duration", "missing"),
     ({"stimulus": PULSES[0] | {"durration": 1.0}}, "stimulus.durration", "'duration'"),
