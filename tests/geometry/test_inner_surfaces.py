@@ -1,8 +1,7 @@
 """A named surface inside the body is no boundary: whatever names it as one is refused."""
 
 import myostrain as ms
-from myostrain import InputError
-from myostrain.case import Case
+from myostrain import Case, InputError
 from myostrain.engine import fem
 from myostrain.output.cavity import Cavity
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from myostrain.engine import fem, jit_options
+from myostrain.engine import fem
 from myostrain.errors import InputError
 from myostrain.geometry.body import Body
+from myostrain.geometry.harmonic import harmonic
 
 import numpy as np
 import numpy.typing as npt
-import ufl
-from dolfinx.fem import petsc as fem_petsc
 
 Array = npt.NDArray[np.float64]
 
@@ -56,20 +55,6 @@ def depth(body: Body, between: tuple[str, str] | None = None) -> fem.Function:
     ]
     if body.comm.allreduce(len(np.intersect1d(*dofs))):
         raise InputError(f"the parts {names[0]} and {names[1]} of the boundary meet: there is no wall", key)
-    u, w = ufl.TrialFunction(space), ufl.TestFunction(space)
-    found = fem.Function(space, name="depth")
-    fem_petsc.LinearProblem(
-        ufl.inner(ufl.grad(u), ufl.grad(w)) * ufl.dx,
-        fem.Constant(body.mesh, 0.0) * w * ufl.dx,
-        bcs=[fem.dirichletbc(value, d, space) for value, d in zip((0.0, 1.0), dofs, strict=True)],
-        u=found,
-        petsc_options_prefix="myostrain_depth_",
-        petsc_options={
-            "ksp_type": "cg",
-            "pc_type": "gamg",
-            "ksp_rtol": 1e-12,
-            "ksp_error_if_not_converged": True,
-        },
-        jit_options=jit_options(),
-    ).solve()
+    found = harmonic(space, [(0.0, dofs[0]), (1.0, dofs[1])])
+    found.name = "depth"
     return found

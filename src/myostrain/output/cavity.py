@@ -1,4 +1,4 @@
-"""The volume of a cavity, and the mean position of its rim."""
+"""The volume of a cavity, and the mean position of its rims."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Any
 
 from myostrain.engine import compile_form, fem, lasting
 from myostrain.geometry import Body
+from myostrain.geometry.checks import components
 from myostrain.mechanics.quadrature import integral
 
 import numpy as np
@@ -15,16 +16,21 @@ from dolfinx import la
 from dolfinx import mesh as dmesh
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int32]
 
 
 class Cavity:
-    """What a surface and the cone from its rim to the rim's mean position enclose, deformed.
+    """What a surface and a cone from each of its rims to that rim's mean position enclose, deformed.
 
-    With Nanson's formula and Gauss's theorem the volume is −⅓ ∫ (x − o)·J F⁻ᵀN dS over the surface at rest,
-    where N points out of the body, into the cavity: the cone with its apex at o adds nothing to the integral.
-    The point o is the mean of the deformed rim by arc length at rest. So the volume does not change under
-    rigid motions, is multiplied by det A under x → A x, and is exact for the discrete surface where the rim
-    is plane, as that of a base held in a plane. A surface without a rim needs no cone.
+    A rim is a closed curve in which the surface ends: a ventricle's base has one, a slice two, a chamber with
+    valves one a valve. With Nanson's formula and Gauss's theorem the volume is −⅓ ∫ x·J F⁻ᵀN dS over the
+    surface at rest, where N points out of the body, into the cavity, plus ⅓ Σ c·A over the rims: a cone with
+    its apex at c over a rim whose vector area is A = ½ ∮ x × dx. Of all rims together, with Stokes's theorem,
+    ½ ∮ (c × x)·dx = ½ ∫ Σ ∇(c × x)ⱼ × ∇xⱼ · N dS, where c is any field that is c at each rim.
+
+    The apex of a rim is its deformed mean by arc length at rest. So the volume does not change under rigid
+    motions, is multiplied by det A under x → A x, and is exact for the discrete surface where the rims are
+    plane, as that of a base held in a plane. A surface without a rim needs no cone.
 
     Args:
         body: The reference body, a solid.
@@ -36,46 +42,81 @@ class Cavity:
         InputError: No part of the boundary has this name.
 
     Attributes:
-        rim_at_rest: Mean position (3,) of the rim at rest.
+        rims: Number of rims.
+        rim_at_rest: Mean position (3,) of all rims at rest.
     """
 
     def __init__(self, body: Body, boundary: str, displacement: Any, degree: int) -> None:
         mesh = body.mesh
         self._comm = lasting(mesh.comm)
-        x = ufl.SpatialCoordinate(mesh) + displacement
+        at_rest = ufl.SpatialCoordinate(mesh)
+        x = at_rest + displacement
         F = ufl.Identity(3) + ufl.grad(displacement)
         self._centre, self._axis = fem.Constant(mesh, np.zeros(3)), fem.Constant(mesh, np.zeros(3))
-        ds = body.boundary_measure([boundary], 2 * degree, "geometry")
-        area = ufl.det(F) * ufl.inv(F).T * ufl.FacetNormal(mesh)
-        self._volume = compile_form(-ufl.dot(x - self._centre, area) / 3 * ds)
-        rim = _rim(mesh, body.boundary_facets([boundary]))
-        tags = dmesh.meshtags(mesh, 1, rim, np.ones_like(rim))
+        ds, normal = body.boundary_measure([boundary], 2 * degree, "geometry"), ufl.FacetNormal(mesh)
+        arm = x - self._centre
+        form = -ufl.dot(arm, ufl.det(F) * ufl.inv(F).T * normal) / 3
+        edges, of_rim, self.rims = _rims(mesh, body.boundary_facets([boundary]))
+        if self.rims > 1:  # else the only apex is the centre
+            space = fem.functionspace(mesh, ("Lagrange", 1, (3,)))
+            self._apexes = fem.Function(space)
+            self._nodes = [
+                fem.locate_dofs_topological(space, 1, edges[of_rim == rim]) for rim in range(self.rims)
+            ]
+            turned = ufl.cross(self._apexes, arm)
+            curl = sum(ufl.cross(ufl.grad(turned[j]), ufl.grad(x[j])) for j in range(3))
+            form += ufl.dot(curl, normal) / 6
+        self._volume = compile_form(form * ds)
+        tags = dmesh.meshtags(mesh, 1, edges, of_rim)
         dr = ufl.Measure(
             "dr", domain=mesh, subdomain_data=tags, metadata={"quadrature_degree": max(2, degree)}
-        )(1)
-        self._length = integral(compile_form(fem.Constant(mesh, 1.0) * dr), self._comm)
-        self.rim_at_rest = self._mean(compile_form(ufl.dot(self._axis, ufl.SpatialCoordinate(mesh)) * dr))
-        self._position = compile_form(ufl.dot(self._axis, x) * dr)
+        )
+        one = fem.Constant(mesh, 1.0)
+        self._lengths = [integral(compile_form(one * dr(rim)), self._comm) for rim in range(self.rims)]
+        self._positions = [compile_form(ufl.dot(self._axis, x) * dr(rim)) for rim in range(self.rims)]
+        places = [compile_form(ufl.dot(self._axis, at_rest) * dr(rim)) for rim in range(self.rims)]
+        self.rim_at_rest = self._mean(self._means(places))
 
     def rim(self) -> Array:
-        """Mean position (3,) of the deformed rim; the origin where there is none."""
-        return self._mean(self._position)
+        """Mean position (3,) of all deformed rims; the origin where there is none."""
+        return self._mean(self._means(self._positions))
 
-    def _mean(self, position: fem.Form) -> Array:
-        mean = np.zeros(3)
-        if self._length > 0:
-            for i in range(3):
-                self._axis.value[:] = np.eye(3)[i]
-                mean[i] = integral(position, self._comm) / self._length
-        return mean
+    def _means(self, positions: list[fem.Form]) -> Array:
+        """Mean positions (rims, 3) of the rims."""
+        found = np.zeros((self.rims, 3))
+        for i in range(3):
+            self._axis.value[:] = np.eye(3)[i]
+            found[:, i] = [integral(form, self._comm) for form in positions]
+        return found / np.reshape(self._lengths, (-1, 1))
+
+    def _mean(self, means: Array) -> Array:
+        return np.average(means, axis=0, weights=self._lengths) if self.rims else np.zeros(3)
 
     def volume(self) -> float:
         """The volume."""
-        self._centre.value[:] = self.rim()
+        means = self._means(self._positions)
+        self._centre.value[:] = self._mean(means)
+        if self.rims > 1:
+            for nodes, mean in zip(self._nodes, means, strict=True):
+                self._apexes.x.array.reshape(-1, 3)[nodes] = mean - self._centre.value
         return integral(self._volume, self._comm)
 
 
-def _rim(mesh: dmesh.Mesh, facets: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def _rims(mesh: dmesh.Mesh, facets: Indices) -> tuple[Indices, Indices, int]:
+    """Edges of this process in which facets end, the rim that each belongs to, and the number of rims."""
+    edges = _rim(mesh, facets)
+    topology, comm = mesh.topology, lasting(mesh.comm)
+    topology.create_connectivity(1, 0)
+    topology.create_connectivity(1, 3)
+    vertices = topology.connectivity(1, 0).array.reshape(-1, 2)[edges]
+    ends = topology.index_map(0).local_to_global(vertices.reshape(-1)).reshape(-1, 2)
+    names, places = np.unique(np.concatenate(comm.allgather(ends)), return_inverse=True)
+    _, rim_of_vertex = np.unique(components(places.reshape(-1, 2), len(names)), return_inverse=True)
+    of_edge = rim_of_vertex[np.searchsorted(names, ends[:, 0])]
+    return edges, of_edge.astype(np.int32), int(rim_of_vertex.max(initial=-1)) + 1
+
+
+def _rim(mesh: dmesh.Mesh, facets: Indices) -> Indices:
     """Edges, of those that this process owns, that belong to one of the facets and not to two."""
     topology = mesh.topology
     topology.create_entities(1)
