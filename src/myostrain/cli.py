@@ -310,6 +310,7 @@ def main() -> NoReturn:
     """Run the command line: 0 done, 2 wrong input, 3 failed computation, 128 + n ended by signal n."""
     signal.signal(signal.SIGTERM, _terminate)
     try:
+        _check_encoding(sys.argv[1:])
         stopped = app(standalone_mode=False)
         status = stopped if isinstance(stopped, int) else 0
         if status == 128 + signal.SIGINT:  # typer has turned an exception into this
@@ -325,6 +326,18 @@ def main() -> NoReturn:
     except Exception as error:  # noqa: BLE001
         status = _usage(error)
     _leave(status)
+
+
+def _check_encoding(arguments: list[str]) -> None:
+    """Refuse arguments that are not UTF-8, beside which DOLFINx cannot be imported."""
+    for argument in arguments:
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            raise InputError(
+                f"{argument!a} is not UTF-8; rename the file or folder, or set a locale of UTF-8, such as "
+                "LC_ALL=C.UTF-8"
+            ) from None
 
 
 def _usage(error: Exception) -> int:

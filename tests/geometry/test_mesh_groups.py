@@ -10,7 +10,7 @@ from myostrain.geometry import MeshFile
 import pytest
 
 from mesh_files import SQUARE, TRIANGLES, msh
-from small_cases import ALONE
+from small_cases import ALONE, SHEET, changed, other_process, write_case
 
 gmsh = pytest.importorskip("gmsh", exc_type=ImportError)
 
@@ -133,7 +133,15 @@ def test_nothing_is_read_from_pipes(tmp_path, kind):
 
 
 def test_a_name_in_no_encoding(tmp_path):
-    """A folder may have any bytes in its name."""
+    """A folder may have any bytes in its name; a case, which is UTF-8, cannot name it, and says so."""
     folder = tmp_path / os.fsdecode(b"\xff\xe4")
     folder.mkdir()
     assert body_of(folder / "body.msh", msh()).cells == 2
+    geometry = {"kind": "file", "path": "body.msh"}
+    write_case(folder / "case.toml", changed(SHEET, {"geometry": geometry, "fibres": {"direction": [1, 0]}}))
+    for cwd, file in ((folder, "case.toml"), (tmp_path, folder / "case.toml")):
+        done = other_process("run", file, "--out", tmp_path / "out", cwd=cwd)
+        assert done.status == 2, done.err
+        assert "is not UTF-8" in done.err
+        assert "\\udcff" in done.err
+    assert not (tmp_path / "out").exists()

@@ -409,7 +409,14 @@ def _take(section: dict[str, Any], cls: Any) -> dict[str, Any]:
 def _whole(folder: Path, path: str, key: str) -> str:
     """A path that is relative to ``folder``, as an absolute one."""
     try:
-        return str((folder / path).resolve())
+        whole = str((folder / path).resolve())
+        whole.encode()
+        return whole
+    except UnicodeEncodeError:
+        raise InputError(
+            f"the path {str(folder / path)!a} is not UTF-8, and no case file can hold it; rename it",
+            key,
+        ) from None
     except (ValueError, OSError, RuntimeError) as error:  # a null byte, a loop of links
         raise InputError(f"{shown(path)} is no path: {error}", key) from error
 
