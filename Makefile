@@ -36,9 +36,10 @@ lint: $(READY) ## check style, format and types; changes nothing
 	$(RUN) ruff format --check
 	$(RUN) mypy
 
-format: $(READY) ## format the code and apply the safe fixes
+format: $(READY) ## format the code, apply the safe fixes, write docs/howto/case-file.md
 	$(RUN) ruff check --fix-only
 	$(RUN) ruff format
+	$(RUN) python docs/extensions/case_reference.py
 
 bench: $(READY) ## measure work against precision, write docs/benchmarks.md (half an hour); options in ARGS
 	$(RUN) python benchmarks/work_precision.py $(ARGS)

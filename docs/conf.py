@@ -19,7 +19,6 @@ extensions = [
     "sphinx.ext.napoleon",
     "myst_parser",
     "mathml",
-    "case_reference",
     "docstrings",
 ]
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline", "colon_fence"]

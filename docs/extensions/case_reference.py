@@ -1,4 +1,9 @@
-"""The reference of the case file, made of the classes that check it: it cannot differ from them."""
+"""The reference of the case file, made of the classes that check it.
+
+    python docs/extensions/case_reference.py     # writes it into docs/howto/case-file.md
+
+A test compares the page with the classes.
+"""
 
 import dataclasses
 import inspect
@@ -18,7 +23,8 @@ from myostrain.run import simulation
 
 from ufl.core.expr import Expr
 
-PLACE = "<!-- case reference -->"
+PAGE = Path(__file__).parents[1] / "howto" / "case-file.md"
+PLACE = "<!-- made by docs/extensions/case_reference.py, from here on -->\n"
 
 #: Where the meaning of a section's keys is written, if not at the section itself.
 MEANINGS = {
@@ -230,16 +236,10 @@ def markdown(text):
     return re.sub(r"(?<![`*])(<|\*(?!\*))(?!`)", r"\\\1", text)  # but for **bold**
 
 
-def fill(app, docname, source):
-    source[0] = source[0].replace(PLACE, reference()) if PLACE in source[0] else source[0]
+def page():
+    """The whole page, with the reference as it should be."""
+    return PAGE.read_text(encoding="utf-8").partition(PLACE)[0] + PLACE + "\n" + reference() + "\n"
 
 
-def outdated(app, env, added, changed, removed):
-    """The pages with the reference: made anew in every build, since the classes may have changed."""
-    return [name for name in env.found_docs - added if PLACE in Path(env.doc2path(name)).read_text("utf-8")]
-
-
-def setup(app):
-    app.connect("source-read", fill)
-    app.connect("env-get-outdated", outdated)
-    return {"parallel_read_safe": True, "parallel_write_safe": True}
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

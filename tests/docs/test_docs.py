@@ -117,6 +117,12 @@ def known_keys():
     return found
 
 
+def test_the_page_of_the_case_file_is_up_to_date():
+    """It is in the repository, to be read without building anything."""
+    made = extension("case_reference")
+    assert made.PAGE.read_text(encoding="utf-8") == made.page(), "python docs/extensions/case_reference.py"
+
+
 @pytest.mark.parametrize("name", cases.names())
 def test_reference_has_every_key_of_the_shipped_cases(name):
     """The case files that ship, everything resolved, have no key that the reference does not explain."""

@@ -181,3 +181,9 @@ def test_unknown_boundary_names_the_nearest():
     made = body(Rectangle(size=(1.0, 1.0), spacing=0.5))
     with pytest.raises(InputError, match=r"'botom'.*'bottom'.*bottom, left, right, top"):
         made.boundary_facets(["botom"])
+
+
+def test_a_body_says_what_it_is():
+    """The representation in a notebook or a debugger: sizes and names, not addresses."""
+    body = ms.build(ms.geometry.Rectangle(size=(2.0, 1.0), spacing=1.0), ms.UniformFibres((1.0, 0.0)))
+    assert repr(body) == "Body(dimension 2; 6 nodes; 4 cells; boundaries: left, right, bottom, top)"

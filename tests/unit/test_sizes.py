@@ -1,5 +1,6 @@
 """Sizes told before meshing, and what is refused for them."""
 
+import dataclasses
 import math
 import resource
 import shutil
@@ -15,6 +16,13 @@ import pytest
 from small_cases import ALONE, LINE, SHEET, changed, command_line, write_case
 
 RECTANGLE = changed(SHEET, {"geometry": {"kind": "rectangle", "size": [20.0, 24.0], "spacing": 1.0}})
+SOLID = changed(
+    RECTANGLE, {"mechanics.kinematics": "solid", "probes": {}, "fibres.direction": [1.0, 0.0, 0.0]}
+)
+SLAB = changed(SOLID, {"geometry": {"kind": "slab", "size": [4.0, 3.0, 2.0], "spacing": 1.0}})
+VENTRICLE = changed(
+    SOLID, {"geometry": {"kind": "ventricle", "spacing": 3.0}, "fibres": {"kind": "ellipsoidal"}}
+)
 
 
 @pytest.mark.parametrize(
@@ -47,8 +55,10 @@ def a_case(base, changes):
         (LINE, 1e-6, "geometry.spacing"),
         (SHEET, 1e-2, "geometry.spacing"),
         (RECTANGLE, 1e-2, "geometry.spacing"),
+        (SLAB, 1e-2, "geometry.spacing"),
+        (VENTRICLE, 1e-2, "geometry.spacing"),
     ],
-    ids=["line", "ellipse", "rectangle"],
+    ids=["line", "ellipse", "rectangle", "slab", "ventricle"],
 )
 def test_too_fine_is_refused_before_meshing(monkeypatch, base, spacing, key):
     """Requirements, "Input": a message before memory runs out, with a spacing that fits."""
@@ -65,6 +75,15 @@ def test_too_fine_is_refused_before_meshing(monkeypatch, base, spacing, key):
     offered = float(message.rpartition("at least ")[2])
     fits, finer = (sizes.estimate(a_case(base, {"geometry.spacing": h})) for h in (offered, 0.85 * offered))
     assert fits.bytes <= sizes.BASE + 1e8 < finer.bytes  # what is offered fits, and little finer does not
+
+
+def test_a_geometry_of_a_script_says_how_many_cells_it_has(monkeypatch):
+    """By ``counts()``; one that does not is not checked."""
+    monkeypatch.setattr(sizes, "free_memory", lambda: sizes.BASE + 1e8)
+    case = a_case(SHEET, {})
+    own = namedtuple("Own", "counts")(lambda: (1e9, 2e9))
+    assert sizes.estimate(dataclasses.replace(case, geometry=own)).cells == 2e9
+    assert sizes.estimate(dataclasses.replace(case, geometry=object())).cells == 0
 
 
 def test_a_large_file_is_refused(tmp_path, monkeypatch):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from myostrain import geometry, kinematics
+from myostrain import kinematics
 from myostrain.errors import InputError
 from myostrain.run.free_space import free_disk, free_memory
 
@@ -80,22 +81,9 @@ def estimate(case: Any) -> Size:
 
 
 def _counts(form: Any) -> tuple[float, float]:
-    """Nodes and cells of a geometry; other kinds say them by ``counts()``, or are not checked."""
-    if isinstance(form, geometry.Line):
-        cells = max(1.0, form.length / form.spacing)
-        return cells + 1, cells
-    if isinstance(form, geometry.Rectangle):
-        a, b = (max(1.0, side / form.spacing) for side in form.size)
-        return (a + 1) * (b + 1), 2 * a * b
-    if isinstance(form, geometry.Slab):
-        a, b, c = (max(1.0, side / form.spacing) for side in form.size)
-        return (a + 1) * (b + 1) * (c + 1), 6 * a * b * c
-    if isinstance(form, geometry.Ellipse):
-        a, b = form.size
-        rings = max(2.0, math.sqrt(a) * math.sqrt(b) / 2 / form.spacing)
-        return 1 + 3 * rings * (rings + 1), 6 * rings * rings
-    counted = form.counts() if hasattr(form, "counts") else (0.0, 0.0)
-    return float(counted[0]), float(counted[1])
+    """Nodes and cells of a geometry; one that does not say is not checked."""
+    nodes, cells = form.counts() if hasattr(form, "counts") else (0.0, 0.0)
+    return float(nodes), float(cells)
 
 
 def _bytes(kin: Any, nodes: float) -> float:
@@ -139,7 +127,7 @@ def _problem(case: Any, folder: Path | None) -> tuple[str, str] | None:
             f"this gives about {size.nodes:.3g} nodes ({size.cells:.3g} cells) and {size.unknowns:.3g} "
             f"unknowns, which need {size.bytes / GB:.3g} GB; {free / GB:.3g} GB are free"
         )
-        return _finer(case, size, what, free)
+        return _finer(case, what, free)
     room = math.inf if folder is None else free_disk(folder)
     if size.output_bytes > room:
         every = case.time.end * size.output_bytes / size.frames / max(room, 1.0)
@@ -151,25 +139,32 @@ def _problem(case: Any, folder: Path | None) -> tuple[str, str] | None:
     return None
 
 
-def _finer(case: Any, size: Size, what: str, free: float) -> tuple[str, str]:
+def _finer(case: Any, what: str, free: float) -> tuple[str, str]:
     """The message of too fine a mesh, with the finest that would fit."""
     nodes, each = 0.0, _bytes(case.kinematics, 1e6) / 1e6
     for _ in range(5):
         nodes = max(free - BASE, 0.0) / each
         each = (_bytes(case.kinematics, max(nodes, 1e3)) - BASE) / max(nodes, 1e3)
-    spacing, form = getattr(case.geometry, "spacing", None), case.geometry
-    if spacing is None:
+    if not hasattr(case.geometry, "spacing"):
         return f"{what}: a mesh of at most {nodes:.2g} nodes", "geometry.path"
     if nodes < 100:
         return f"{what}: not even a coarse mesh fits", "geometry.spacing"
-    if isinstance(form, geometry.Line):
-        spacing = form.length / nodes
-    elif case.kinematics.dim == 3:  # nodes go like spacing⁻³, near enough
-        spacing *= (size.nodes / nodes) ** (1 / 3)
-    else:
-        share = 0.75 if isinstance(form, geometry.Ellipse) else 1.0
-        spacing = math.sqrt(form.size[0]) * math.sqrt(form.size[1]) * math.sqrt(share / nodes)
-    return f"{what}: at least {_up(spacing)}", "geometry.spacing"
+    return f"{what}: at least {_up(_spacing(case.geometry, nodes))}", "geometry.spacing"
+
+
+def _spacing(form: Any, nodes: float) -> float:
+    """The finest spacing at which a geometry has at most so many nodes, to a tenth of a percent."""
+
+    def fits(spacing: float) -> bool:
+        return _counts(dataclasses.replace(form, spacing=spacing))[0] <= nodes
+
+    fine = coarse = float(form.spacing)
+    while not fits(coarse):
+        fine, coarse = coarse, 10 * coarse
+    while coarse > 1.001 * fine:
+        middle = math.sqrt(fine) * math.sqrt(coarse)
+        fine, coarse = (fine, middle) if fits(middle) else (middle, coarse)
+    return coarse
 
 
 def _numbers(value: Any, key: str = "") -> Iterator[tuple[str, float]]:

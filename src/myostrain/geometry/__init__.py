@@ -1,7 +1,8 @@
 """Reference bodies: mesh, named boundaries, fibres; one kind of geometry a file.
 
 A geometry is a frozen description with ``mesh(comm)``, which gives a :class:`Meshed`; :func:`build` joins it
-with fibres into a :class:`Body`, on which solvers are made.
+with fibres into a :class:`Body`, on which solvers are made. It may say by ``counts()`` how many nodes and
+cells the mesh has, about; then a case that would not fit into memory is refused before it is meshed.
 """
 
 from myostrain.geometry.biventricle import Biventricle

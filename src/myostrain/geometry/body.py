@@ -35,6 +35,14 @@ class Body:
     meshed: Meshed
     fibres: Microstructure
 
+    def __repr__(self) -> str:
+        """What it is made of, over all processes."""
+        nodes = self.mesh.geometry.index_map().size_global
+        parts = [f"dimension {self.dim}", f"{nodes} nodes", f"{self.cells} cells"]
+        for what, names in (("boundaries", self.meshed.boundaries), ("regions", self.meshed.regions)):
+            parts += [f"{what}: {', '.join(names)}"] if names else []
+        return f"Body({'; '.join(parts)})"
+
     @property
     def mesh(self) -> dmesh.Mesh:
         """The mesh."""

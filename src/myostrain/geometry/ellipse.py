@@ -41,6 +41,12 @@ class Ellipse:
         x = disk[:, 0] * (1 + self.distortion * disk[:, 1]) / half_width
         return np.column_stack([a / 2 * (1 + x), b / 2 * (1 + disk[:, 1])])
 
+    def counts(self) -> tuple[float, float]:
+        """About how many nodes and cells the mesh has, before it is made."""
+        a, b = self.size
+        rings = max(2.0, np.sqrt(a) * np.sqrt(b) / 2 / self.spacing)
+        return float(1 + 3 * rings * (rings + 1)), float(6 * rings * rings)
+
     def mesh(self, comm: Any) -> Meshed:
         """Mesh the body over the processes of ``comm``."""
         a, b = self.size

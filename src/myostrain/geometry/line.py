@@ -22,6 +22,11 @@ class Line:
     length: Positive
     spacing: Positive = 1.0
 
+    def counts(self) -> tuple[float, float]:
+        """About how many nodes and cells the mesh has, before it is made."""
+        cells = max(1.0, self.length / self.spacing)
+        return cells + 1, cells
+
     def mesh(self, comm: Any) -> Meshed:
         """Mesh the line over the processes of ``comm``."""
         check_size(self.length / self.spacing)

@@ -22,6 +22,11 @@ class Rectangle:
     size: tuple[Positive, Positive]
     spacing: Positive = 1.0
 
+    def counts(self) -> tuple[float, float]:
+        """About how many nodes and cells the mesh has, before it is made."""
+        a, b = (max(1.0, side / self.spacing) for side in self.size)
+        return (a + 1) * (b + 1), 2 * a * b
+
     def mesh(self, comm: Any) -> Meshed:
         """Mesh the rectangle over the processes of ``comm``."""
         a, b = self.size

@@ -24,6 +24,11 @@ class Slab:
     size: tuple[Positive, Positive, Positive]
     spacing: Positive = 1.0
 
+    def counts(self) -> tuple[float, float]:
+        """About how many nodes and cells the mesh has, before it is made."""
+        a, b, c = (max(1.0, side / self.spacing) for side in self.size)
+        return (a + 1) * (b + 1) * (c + 1), 6 * a * b * c
+
     def mesh(self, comm: Any) -> Meshed:
         """Mesh the slab over the processes of ``comm``."""
         sides = np.array(self.size)

@@ -171,6 +171,13 @@ class Snapshots:
         self.times: Array = np.array(times)
         self.names: frozenset[str] = frozenset(set.intersection(*names) if names else ())
 
+    def __repr__(self) -> str:
+        """What there is."""
+        frames = f"{len(self.times)} frames"
+        if len(self.times):
+            frames += f", t = {self.times[0]:g} to {self.times[-1]:g}, of {', '.join(sorted(self.names))}"
+        return f"Snapshots({self._folder.parent}: {len(self.points)} nodes; {frames})"
+
     def field(self, name: str, frame: int = -1) -> Array:
         """Nodal values (n,) or (n, dim) of a field at one frame, by default the last."""
         with _opened(self._paths[frame]) as data:

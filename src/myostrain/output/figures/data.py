@@ -45,6 +45,10 @@ class Recording:
         self.case: dict[str, Any] = _parsed(folder / "case.toml", tomllib.loads)
         self.results: dict[str, Any] = _parsed(folder / "results.json", json.loads)
 
+    def __repr__(self) -> str:
+        """What there is."""
+        return f"Recording({self.title}: {self._snapshots!r})"
+
     @property
     def dim(self) -> int:
         """Dimension of the body: 1 a line, 2 a sheet, 3 a solid."""
