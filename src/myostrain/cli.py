@@ -97,7 +97,7 @@ def run(
         file = Path(case) if case.endswith(".toml") or "/" in case else cases.path(case)
         asked = Case.from_file(file, overrides or [])
     if resume:
-        checked, resume = _resumed(asked, out, changed=bool(overrides or force))
+        checked, resume = _resumed(asked, out, overrides or [], force=force)
     elif asked is None:
         raise InputError(f"name a case ({', '.join(cases.names())}) or a case file", "CASE")
     else:
@@ -145,30 +145,33 @@ def _load_engine() -> None:
         del sys.modules["numba"]
 
 
-def _resumed(asked: Case | None, out: Path | None, *, changed: bool) -> tuple[Case, bool]:
+def _resumed(asked: Case | None, out: Path | None, overrides: list[str], *, force: bool) -> tuple[Case, bool]:
     """The case to go on with, and whether there is something to go on from.
 
     The same command with --resume may be given again and again, as batch scripts do: it begins, goes on, or
-    shows the results.
+    shows the results. What does not change the meaning of a state may be another value.
     """
     from myostrain.case.case import Case
-    from myostrain.case.running import pictures_missing
+    from myostrain.case.running import goes_on, pictures_missing
+    from myostrain.output.folder import load_results
+    from myostrain.run.resume import differences, fixed, said
 
-    if out is None or (asked is None and changed):
-        raise InputError("goes with --out DIR, and without --set and --force", "--resume")
+    if out is None or (asked is None and force):
+        raise InputError("goes with --out DIR, and without --force", "--resume")
     kept = out / "case.toml"
     if not kept.is_file():
         if asked is None:
             raise InputError(f"{out} holds no case.toml, so there is no run to go on with", "--resume")
         return asked, False
-    case = Case.from_file(kept)
-    if asked is not None and asked.parameters != case.parameters:
+    before = Case.from_file(kept)
+    case = asked or (Case.from_file(kept, overrides) if overrides else before)
+    if refused := fixed(differences(before.parameters, case.parameters)):
         raise InputError(
-            f"{out} holds a run of another case, or with other values ({case.name}, see {kept}); "
-            "leave CASE and --set out to go on with it, or name another folder",
+            f"{out} holds a run of another case, or with other values ({before.name}, see {kept}: "
+            f"{said(refused)}); leave CASE and --set out to go on with it, or name another folder",
             "--resume",
         )
-    if (out / "results.json").exists() and _first_process():
+    if (out / "results.json").exists() and not goes_on(case, load_results(out)) and _first_process():
         then = "; drawing what is missing of its figures" if pictures_missing(out) else ""
         screen.print(f"the run in {out} had ended already{then}")
     return case, True

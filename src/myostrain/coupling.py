@@ -18,6 +18,7 @@ from myostrain.schemes import STRONG, Scheme, SecondOrder
 from myostrain.solvers.linear import largest
 from myostrain.state import FieldState, State
 from myostrain.transfer import SameMesh, Transfer
+from myostrain.validation import remembers
 
 import numpy as np
 import numpy.typing as npt
@@ -52,6 +53,7 @@ class Electromechanics:
             balance ill-posed; or mechanics is to be solved every few steps where each must be iterated.
     """
 
+    @remembers
     def __init__(
         self,
         potential: Potential,

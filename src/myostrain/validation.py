@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Mapping
+import functools
+import inspect
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, dataclass_transform
 
 from myostrain.engine import fem
@@ -40,6 +42,21 @@ def refuse_former(given: Mapping[str, Any], former: Mapping[str, str], who: str)
         if name in former:
             raise InputError(f"{who} takes no '{name}' any more: {former[name]}")
         raise TypeError(f"{who} takes no '{name}'")
+
+
+def remembers[**P](make: Callable[P, None]) -> Callable[P, None]:
+    """An ``__init__`` that keeps what it is given, by name, as ``made_from``."""
+    signature = inspect.signature(make)
+
+    @functools.wraps(make)
+    def made(*arguments: P.args, **named: P.kwargs) -> None:
+        bound = signature.bind(*arguments, **named)
+        bound.apply_defaults()
+        myself, *names = bound.arguments
+        bound.arguments[myself].made_from = {name: bound.arguments[name] for name in names}
+        make(*arguments, **named)
+
+    return made
 
 
 def with_constants[T](thing: T, mesh: Any) -> T:

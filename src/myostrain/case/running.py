@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from myostrain.output.folder import load_results, on_first, write_atomically, wr
 from myostrain.output.lock import FolderLock
 from myostrain.output.log import RunLog, log_end, log_start
 from myostrain.output.manifest import claim
+from myostrain.run.resume import differences, fixed, said
 from myostrain.run.simulation import Progress
 
 #: Is in the result folder while figures are drawn.
@@ -44,7 +46,7 @@ def run_case(
         out: Result folder.
         force: Whether results of an earlier run in ``out`` may be removed.
         resume: Whether to go on from the last checkpoint in ``out``; of a run that ended, the results are
-            returned.
+            returned, unless the case has a later end.
         comm: MPI communicator.
         progress: Makes what is told of the progress, from a name, the number of steps and the end.
         figures: Whether to draw.
@@ -61,7 +63,7 @@ def run_case(
         Interrupted: A signal ended it after a checkpoint.
     """
     out = Path(out)
-    if resume and (ended := _ended(out, comm)):
+    if resume and (ended := _ended(out, comm)) and not goes_on(case, ended):
         _draw(out, comm, wanted=figures and pictures_missing(out), draw=draw)
         return ended
     simulation = case.simulation(comm, out, force, resume)
@@ -105,7 +107,31 @@ def run_case(
 def _begin(case: Case, out: Path) -> None:
     if case.output.rigid_twin:
         claim(out / "rigid")
+    (out / "results.json").unlink(missing_ok=True)  # of a run that goes on to a later end
     write_atomically(out / "case.toml", case.to_toml())
+
+
+def goes_on(case: Case, ended: Mapping[str, Any]) -> bool:
+    """Whether a case goes on where a run has ended: to a later end.
+
+    Args:
+        case: The case.
+        ended: ``results.json`` of the run.
+
+    Raises:
+        InputError: It differs otherwise.
+    """
+    found = differences(ended.get("parameters", {}), json.loads(json.dumps(case.parameters)))
+    if not found:
+        return False
+    refused = fixed(found)
+    if refused or case.time.end <= ended["time"] * (1 + 1e-9):
+        raise InputError(
+            f"the run had ended, at t = {ended['time']:g}, and was another ({said(refused or found)}): put "
+            "that back, give a later time.end to go on, or run anew into another folder",
+            "--resume",
+        )
+    return True
 
 
 def _ended(out: Path, comm: Any) -> dict[str, Any] | None:

@@ -11,7 +11,7 @@ from myostrain.engine import MPI, fem
 from myostrain.errors import InputError
 from myostrain.geometry import Body, readable
 from myostrain.state import State
-from myostrain.validation import description
+from myostrain.validation import description, remembers
 
 import numpy as np
 import numpy.typing as npt
@@ -57,6 +57,7 @@ class GivenPotential:
     state_names: tuple[str, ...] = ()
     threshold = 0.5
 
+    @remembers
     def __init__(self, body: Body, drive: Drive | None = None, pattern: Array | None = None) -> None:
         self.body, self.drive = body, drive or Drive()
         self.v = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1)), name="potential")

@@ -24,7 +24,7 @@ from myostrain.solvers.linear import (
 )
 from myostrain.solvers.timing import timed
 from myostrain.state import FieldState, State
-from myostrain.validation import refuse_former
+from myostrain.validation import refuse_former, remembers
 
 import numpy as np
 import numpy.typing as npt
@@ -85,6 +85,7 @@ class Potential:
         seconds: Wall-clock seconds spent in solving.
     """
 
+    @remembers
     def __init__(
         self,
         body: Body,

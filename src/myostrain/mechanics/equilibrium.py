@@ -23,7 +23,7 @@ from myostrain.solvers.linear import Options, assemble_nodal, largest, owned_dof
 from myostrain.solvers.newton import ChordNewton
 from myostrain.solvers.timing import timed
 from myostrain.state import FieldState, State
-from myostrain.validation import refuse_former
+from myostrain.validation import refuse_former, remembers
 
 import basix.ufl
 import numpy as np
@@ -89,6 +89,7 @@ class Mechanics:
         seconds: Wall-clock seconds spent in solving.
     """
 
+    @remembers
     def __init__(
         self,
         body: Body,

@@ -13,15 +13,16 @@ from typing import Any
 
 from myostrain.engine import fem, lasting
 from myostrain.errors import InputError
-from myostrain.output.folder import on_first, write_atomically
+from myostrain.output.folder import on_first, read_regular, write_atomically
 from myostrain.output.manifest import make_folder
 from myostrain.output.ordering import Ordering
+from myostrain.solvers.linear import global_dofs
 from myostrain.state import FieldState, State
 
 import numpy as np
 
 #: First line of every checkpoint: what it is, and the version of its format.
-FORMAT = "myostrain checkpoint 1"
+FORMAT = "myostrain checkpoint 2"
 
 #: Names of the files.
 NAMES = re.compile(r"step-\d{9,}\.ckpt")
@@ -86,6 +87,7 @@ class Checkpoints:
         """
         found: Any = (None, {}, [])
         problem = None
+        mesh = self._mesh_digest()
         if self._comm.rank == 0:
             try:
                 found = self._newest()
@@ -97,7 +99,7 @@ class Checkpoints:
         tree, arrays, damages = self._comm.bcast(found, root=0)
         if tree is None:
             return None, damages
-        if tree.pop("mesh") != self._mesh_digest():
+        if tree.pop("mesh") != mesh:
             raise InputError(
                 "the mesh is not that of the checkpoint: its file was changed; put it back, or run anew",
                 "geometry",
@@ -110,6 +112,7 @@ class Checkpoints:
         for path in files:
             try:
                 tree, arrays = _load(path)
+                self._check(tree, arrays)
             except OSError as error:
                 damages.append(f"{path} cannot be read: {error.strerror or error}")
             except _Damage as error:
@@ -123,6 +126,32 @@ class Checkpoints:
                 "--resume",
             )
         return None, {}, []
+
+    def _check(self, tree: Any, arrays: Mapping[str, Any]) -> None:
+        """Refuse what has a checkpoint's checksum but not its content.
+
+        Raises:
+            _Damage: It has not.
+            InputError: It is that of another case.
+        """
+        if not isinstance(tree, dict) or not isinstance(tree.get("mesh"), str):
+            raise _Damage("it holds no state")
+        waiting: list[Any] = [tree]
+        while waiting:
+            value = waiting.pop()
+            if isinstance(value, dict) and value.keys() == {"field", "array"}:
+                space = self._spaces.get(value["field"]) if isinstance(value["field"], str) else None
+                if space is None:
+                    raise InputError("the checkpoint is that of another case; run anew", "--resume")
+                array, size = arrays.get(str(value["array"])), global_dofs(space)
+                if array is None or array.dtype != np.float64:
+                    raise _Damage("it lacks numbers of a field")
+                if array.shape != (size,) and tree["mesh"] == self._mesh:
+                    raise _Damage(f"a field has {array.shape} numbers in place of {size}")
+            elif isinstance(value, dict):
+                waiting += value.values()
+            elif isinstance(value, list):
+                waiting += value
 
     def _ordering(self, label: str) -> Ordering:
         if label not in self._orderings:
@@ -162,8 +191,6 @@ class Checkpoints:
     def _unpacked(self, value: Any, arrays: dict[str, Any]) -> Any:
         if isinstance(value, dict) and value.keys() == {"field", "array"}:
             label = value["field"]
-            if label not in self._spaces:
-                raise InputError("the checkpoint is that of another case; run anew", "--resume")
             return FieldState(self._spaces[label], self._ordering(label).take(arrays[value["array"]]))
         if isinstance(value, dict):
             return {key: self._unpacked(entry, arrays) for key, entry in value.items()}
@@ -198,9 +225,9 @@ class _Damage(Exception):
 
 
 def _load(path: Path) -> tuple[Any, dict[str, Any]]:
-    with path.open("rb") as stream:
-        version, digest = stream.readline(200), stream.readline(200).strip()
-        payload = stream.read()
+    stream = io.BytesIO(read_regular(path))
+    version, digest = stream.readline(200), stream.readline(200).strip()
+    payload = stream.read()
     if not version.startswith(b"myostrain checkpoint "):
         raise _Damage("it does not begin as a checkpoint does")
     named = version.decode(errors="replace").rstrip("\n")
@@ -212,9 +239,12 @@ def _load(path: Path) -> tuple[Any, dict[str, Any]]:
             "wrote it",
             "--resume",
         )
-    with np.load(io.BytesIO(payload), allow_pickle=False) as archive:
-        arrays = {name: archive[name] for name in archive.files}
-    return json.loads(arrays.pop("state").tobytes()), arrays
+    try:
+        with np.load(io.BytesIO(payload), allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        return json.loads(arrays.pop("state").tobytes()), arrays
+    except Exception as error:  # whatever else is packed as one
+        raise _Damage(f"it holds no state ({type(error).__name__})") from error
 
 
 def _digest(version: str, payload: Any) -> str:

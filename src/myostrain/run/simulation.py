@@ -21,6 +21,7 @@ from myostrain.output.probes import ActivationTimes, Probes
 from myostrain.output.table import MeasureTable, ProbeTable
 from myostrain.run.checkpoint import Checkpoints, file_digests
 from myostrain.run.interrupts import Interrupts
+from myostrain.run.resume import accept, built, restoring
 from myostrain.run.retries import Recovery, check_finite
 from myostrain.run.schedule import Callback, CheckpointClock, Schedule, callbacks
 from myostrain.state import State
@@ -113,7 +114,8 @@ class Simulation:
         self._setup = setup_seconds
         self._comm = lasting(model.potential.body.comm)
         self._files = file_digests(self._case.pop("files", {}), self._comm)
-        self.probes = Probes(model.potential.v.function_space, probes or {})
+        self._points = dict(probes or {})
+        self.probes = Probes(model.potential.v.function_space, self._points)
         self.out = None if out is None else Path(out)
         self._lock = None
         if self.out is not None:
@@ -194,17 +196,19 @@ class Simulation:
                 raise self._failed(error, None, {}) from error
             activation.start()
         else:
-            model.restore(saved["model"])
-            activation.restore(saved["activation"])
-            recovery.resume(saved["retries"])
+            with restoring():
+                model.restore(saved["model"])
+                activation.restore(saved["activation"])
+                recovery.resume(saved["retries"])
         setup = time.perf_counter() - begin + self._setup
         before = 0.0 if saved is None else saved["seconds"]  # spent before this process began
         first = model.steps
 
         def state() -> State:
             return {
-                "case": self._case["parameters"],
+                **self._what,
                 "files": self._files,
+                "changes": self._changes,
                 "versions": versions(),
                 "step": self.step,
                 "model": model.state(),
@@ -270,7 +274,15 @@ class Simulation:
 
     def _saved(self, checkpoints: Checkpoints | None) -> State | None:
         """The state to go on from, None to begin at time 0."""
-        if checkpoints is None or not self._resume:
+        self._what, self._changes = {}, []
+        if checkpoints is None:
+            return None
+        self._what = {
+            "case": json.loads(json.dumps(self._case["parameters"])),
+            "built": built(self.model, log.info),
+            "probes": {name: list(map(float, point)) for name, point in self._points.items()},
+        }
+        if not self._resume:
             return None
         saved, damages = checkpoints.latest()
         for damage in damages:
@@ -278,13 +290,12 @@ class Simulation:
         if saved is None:
             log.warning("no checkpoint in %s: beginning at time 0", self.out)
             return None
-        if saved["case"] != json.loads(json.dumps(self._case["parameters"])) or saved["step"] != self.step:
-            raise InputError(
-                "the case is not that of the checkpoint: case.toml was changed since; put it back, or run "
-                "anew into another folder",
-                "--resume",
-            )
-        for key, digest in saved.get("files", {}).items():
+        self._changes = accept(saved, self._what, self.step, self.steps)
+        for change in self._changes:
+            log.warning("changed at t = %(time).6g: %(key)s is %(to)s, it was %(from)s", change)
+        with restoring():
+            before = dict(saved.get("files", {}))
+        for key, digest in before.items():
             if self._files.get(key) != digest:
                 raise InputError(
                     "the file was changed since the checkpoint; put it back, or run anew into another folder",
@@ -392,6 +403,7 @@ class Simulation:
                 "checkpoints": self._checkpoint_seconds,
             },
             "retries": retries,
+            "changes": self._changes,
             "cells": model.potential.body.cells,
             "unknowns": summary.unknowns(model),
             "parameters": self._case["parameters"],
