@@ -268,12 +268,16 @@ def mutated(content, chance):
     return bytes(data)
 
 
-@pytest.mark.parametrize("name, seeds", [("block.h5", 12), ("block.xdmf", 32)])
+#: DOLFINx's own reader comes to no end with 28, 39, 51 and 54 of the first.
+SEEDS = [("block.h5", [*range(8), 28, 39, 51, 54]), ("block.xdmf", range(32))]
+
+
+@pytest.mark.parametrize("name, seeds", SEEDS, ids=["block.h5", "block.xdmf"])
 def test_damaged(copy, name, seeds):
     """A damaged file is read as it is, or refused by name; nothing dies of it or waits for ever."""
     file = copy.parent / name
     good, outcomes = file.read_bytes(), []
-    for seed in range(seeds * TIMES):
+    for seed in [*seeds, *range(100, 100 + len(seeds) * (TIMES - 1))]:
         file.write_bytes(mutated(good, random.Random(seed)))
         volume, regions, message = 0.0, {}, ""
         try:
