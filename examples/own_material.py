@@ -63,7 +63,7 @@ mechanics = ms.Mechanics(
     body,
     kinematics=ms.kinematics.PlaneStress(),
     material=FibreReinforced(),
-    fixed=["left"],
+    supports=ms.Supports(fixed=["left"]),
 )
 potential = ms.Potential(
     body,

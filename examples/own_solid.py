@@ -46,8 +46,8 @@ mechanics = ms.Mechanics(
     kinematics=ms.kinematics.Solid(),
     material=Reinforced(),
     active=Biaxial(),
-    sliding=["left", "front", "bottom"],
     tolerance=1e-5,
+    supports=ms.Supports(sliding=["left", "front", "bottom"]),
 )
 potential = ms.Potential(
     body,

@@ -15,8 +15,8 @@ for name, (law, active) in activations.items():
         kinematics=ms.kinematics.Solid(),
         material=ms.materials.Guccione1995(),
         active=active,
-        sliding=["left", "front", "bottom"],
-        pressure={"right": ((1, 0), (2, -5))},  # a pull of up to 5 kPa, after the contraction
+        supports=ms.Supports(sliding=["left", "front", "bottom"]),
+        loads=ms.Loads(pressure={"right": ((1, 0), (2, -5))}),
     )
     model = ms.Electromechanics(drive, mechanics, law=law, scheme=ms.Implicit())
     metrics = ms.Simulation(model, step=0.25, end=2.0).run()["metrics"]

@@ -36,10 +36,10 @@ def line(
         body,
         kinematics=ms.kinematics.Line(),
         material=ms.materials.Spring(),
-        fixed=["left"],
         relaxation_time=relaxation_time,
         imposed_stretch=None if held is None else ms.ImposedStretch(value=held[0], until=held[1]),
         tolerance=1e-13,
+        supports=ms.Supports(fixed=["left"]),
     )
     potential = ms.Potential(
         body,
@@ -65,9 +65,9 @@ def sheet(scheme=None, *, kinematics=None, diffusivity=100.0, relaxation_time=0.
         body,
         kinematics=kinematics or ms.kinematics.PlaneStress(),
         material=ms.materials.NeoHookean(),
-        robin=1.0,
         relaxation_time=relaxation_time,
         tolerance=1e-11,
+        supports=ms.Supports(robin=1.0),
     )
     potential = ms.Potential(
         body,

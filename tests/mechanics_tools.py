@@ -1,5 +1,7 @@
 """Shared by the tests of mechanics: numpy's own 3D algebra, and fields that hold one sample a cell."""
 
+import dataclasses
+
 import myostrain as ms
 from myostrain.activation import Fibre
 from myostrain.engine import MPI, fem, jit_options
@@ -135,3 +137,13 @@ def random_activation(mechanics, beta=0.3, seed=1):
     """γ = −β v of a potential v between 0 and 1 that changes from node to node."""
     gamma = mechanics.activation.x.array
     gamma[:] = -beta * np.random.default_rng(seed).uniform(0.0, 1.0, len(gamma))
+
+
+def described(parts):
+    """What ``Mechanics`` takes, with the values of supports and loads put into their descriptions."""
+    parts, into = dict(parts), {}
+    for name, cls in (("supports", ms.Supports), ("loads", ms.Loads)):
+        given = {f.name: parts.pop(f.name) for f in dataclasses.fields(cls) if f.name in parts}
+        if given:
+            into[name] = cls(**given)
+    return parts | into

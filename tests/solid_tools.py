@@ -19,7 +19,7 @@ import numpy as np
 import ufl
 from scipy.spatial.transform import Rotation
 
-from mechanics_tools import Recorded, at_midpoints
+from mechanics_tools import Recorded, at_midpoints, described
 
 CONSTRAINTS = ("total", "elastic")
 OBLIQUE = ms.UniformFibres(direction=(1.0, 0.5, -0.3), sheet=(0.2, 1.0, 0.4))
@@ -173,7 +173,10 @@ def recorded(body, **parts):
     myostrain.mechanics.equilibrium.ChordNewton = Recorded
     try:
         with quick_kernels():
-            return ms.Mechanics(body, **parts)
+            return ms.Mechanics(
+                body,
+                **described(parts),
+            )
     finally:
         myostrain.mechanics.equilibrium.ChordNewton = usual
 

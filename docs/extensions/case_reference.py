@@ -28,9 +28,9 @@ PLACE = "<!-- made by docs/extensions/case_reference.py, from here on -->\n"
 
 #: Where the meaning of a section's keys is written, if not at the section itself.
 MEANINGS = {
-    case.PotentialSection: potential.Potential,
-    case.MechanicsSection: mechanics.Mechanics,
-    case.TimeSection: simulation.Simulation,
+    case.PotentialSection: [potential.Potential],
+    case.MechanicsSection: [mechanics.Mechanics, mechanics.Supports, mechanics.Loads],
+    case.TimeSection: [simulation.Simulation],
 }
 
 PROBES = """
@@ -127,7 +127,9 @@ def keys(cls, *, intro=False, moved=None, without=()):
     """The keys of a class: type, default, meaning; but for some."""
     parts = [summary(cls)] if intro else []
     hints = typing.get_type_hints(cls, include_extras=True)
-    meanings = {**arguments(MEANINGS.get(cls)), **arguments(cls)}
+    meanings = {}
+    for described in (*MEANINGS.get(cls, []), cls):
+        meanings |= arguments(described)
     fields = [field for field in dataclasses.fields(cls) if field.name not in without]
     for field in fields:
         meaning = meanings[field.name]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from myostrain.electrics import Drive, GivenPotential, InitialValues, Place, Potential, Stimulus
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
-    from myostrain.mechanics import ImposedStretch, Mechanics
+    from myostrain.mechanics import ImposedStretch, Loads, Mechanics, Supports
     from myostrain.run.schedule import Callback
     from myostrain.run.simulation import Simulation
     from myostrain.schemes import Implicit, SecondOrder, Staggered
@@ -41,6 +41,7 @@ __all__ = [
     "ImposedStretch",
     "InitialValues",
     "InputError",
+    "Loads",
     "Mechanics",
     "MyostrainError",
     "Place",
@@ -49,6 +50,7 @@ __all__ = [
     "Simulation",
     "Staggered",
     "Stimulus",
+    "Supports",
     "UniformFibres",
     "activation",
     "build",
@@ -68,7 +70,7 @@ _MODULES = {
     "electrics": ("Drive", "GivenPotential", "InitialValues", "Place", "Potential", "Stimulus"),
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),
-    "mechanics": ("ImposedStretch", "Mechanics"),
+    "mechanics": ("ImposedStretch", "Loads", "Mechanics", "Supports"),
     "run.schedule": ("Callback",),
     "run.simulation": ("Simulation",),
     "schemes": ("Implicit", "SecondOrder", "Staggered"),

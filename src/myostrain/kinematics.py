@@ -39,6 +39,8 @@ class Kinematics(Protocol):
     """Dimension of the F that materials see: 1 (line) or 3."""
     degree: ClassVar[int]
     """Polynomial degree of the displacement."""
+    free_thickness: ClassVar[bool]
+    """Whether λ₃ makes up for what happens in the plane, so that it depends on all of F there."""
 
     @property
     def has_pressure(self) -> bool:
@@ -97,6 +99,8 @@ class Kinematics(Protocol):
 
 class _SeesF:
     """A kinematics whose passive energy sees all of F, and nothing else."""
+
+    free_thickness: ClassVar[bool] = False
 
     def scaled_by(self, modulus: float) -> Any:
         """Itself: nothing is to fit the material."""
@@ -181,6 +185,7 @@ class PlaneStress(_SeesF):
     dim: ClassVar[int] = 2
     tensor_dim: ClassVar[int] = 3
     has_pressure: ClassVar[bool] = False
+    free_thickness: ClassVar[bool] = True
     degree: ClassVar[int] = 1
 
     def lift(self, F: Any, Jo: Any) -> Any:
@@ -273,6 +278,7 @@ class Solid:
     augmentation: NonNegative | None = None
     dim: ClassVar[int] = 3
     tensor_dim: ClassVar[int] = 3
+    free_thickness: ClassVar[bool] = False
     degree: ClassVar[int] = 2
 
     def __post_init__(self) -> None:

@@ -6,11 +6,13 @@ import copy
 import dataclasses
 import functools
 import inspect
+import re
+import typing
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, dataclass_transform
 
 from myostrain.engine import fem
-from myostrain.errors import InputError
+from myostrain.errors import InputError, shown
 
 import pydantic
 from pydantic import ConfigDict, Field
@@ -57,6 +59,69 @@ def remembers[**P](make: Callable[P, None]) -> Callable[P, None]:
         make(*arguments, **named)
 
     return made
+
+
+def check_fields(thing: Any, section: str) -> None:
+    """Check the values of a frozen dataclass against their types, and put them in as these say.
+
+    Raises:
+        InputError: A value does not fit; the key is that of the section of a case file.
+    """
+    texts = typing.get_type_hints(type(thing))
+    for name, kind in typing.get_type_hints(type(thing), include_extras=True).items():
+        # The keys of a table are texts, but its values need not be.
+        text = re.sub(r"Mapping\[(str|typing\.Literal\[[^]]*\])", "", str(texts[name]))
+        value = checked(kind, getattr(thing, name), f"{section}.{name}", text)
+        object.__setattr__(thing, name, value)
+
+
+def checked(kind: Any, value: Any, key: str, text: str = "") -> Any:
+    """A value as a type wants it, a list as a tuple for example.
+
+    Args:
+        kind: The type.
+        value: The value.
+        key: Key of a case file, for the message.
+        text: The type as a text without what it is annotated with, for the message.
+
+    Raises:
+        InputError: It does not fit; what is allowed.
+    """
+    try:
+        return pydantic.TypeAdapter(kind).validate_python(value)
+    except pydantic.ValidationError as error:
+        # Of a union's complaints, the one that went deepest, and about the value rather than the type.
+        found = max(error.errors(), key=lambda e: (len(e["loc"]), not e["type"].endswith("_type")))
+    place = [str(part) for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
+    place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple")]
+    raise InputError(f"{plain_words(found, text)}, not {shown(found['input'])}", ".".join([key, *place]))
+
+
+def plain_words(error: Any, kind: str) -> str:
+    """What pydantic says of a value, as something to do.
+
+    Args:
+        error: One of its errors.
+        kind: The type that is wanted, as text.
+    """
+    texts = "str" in kind or "Literal" in kind
+    some = 'texts, such as ["left"]' if texts else "numbers, such as [1.0, -1.0]"
+    wanted = {
+        "float_type": "give a number",
+        "int_type": "give an integer",
+        "int_from_float": "give an integer",
+        "bool_type": "give a boolean, true or false",
+        "string_type": "give a text",
+        "path_type": 'give a path, such as "body.msh"',
+        "tuple_type": f"give a list of {some}",
+        "too_long": "give a shorter list",
+        "missing": f"give a longer list of {some}",
+        "mapping_type": "give a table, such as { name = [1.0, -1.0] }",
+        "dict_type": "give a table, such as { name = [1.0, -1.0] }",
+        "dataclass_type": "give a table, such as { value = 1.0 }",
+    }
+    said = error["msg"].removeprefix("Value error, ").replace("Input should be", "this should be")
+    return wanted.get(error["type"], f"{said[0].lower()}{said[1:]}")
 
 
 def with_constants[T](thing: T, mesh: Any) -> T:

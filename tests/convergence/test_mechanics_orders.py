@@ -13,7 +13,7 @@ import pytest
 import ufl
 from scipy.integrate import solve_ivp
 
-from mechanics_tools import GivenStrain
+from mechanics_tools import GivenStrain, described
 
 BETA, MU, MU_2 = 0.3, 1.3, 0.5
 
@@ -92,9 +92,9 @@ def manufactured_errors(kinematic, spacing, quadrature_degree, exact_strain):
         kinematics=kinematic,
         material=MooneyRivlin(mu=MU, mu_2=MU_2),
         active=GivenStrain(gamma) if exact_strain else Fibre(),
-        body_force=-ufl.div(piola(kinematic, F2, gamma, n, pressure(x, y, ufl))),
-        robin=2.0,
         quadrature_degree=quadrature_degree,
+        supports=ms.Supports(robin=2.0),
+        loads=ms.Loads(body_force=-ufl.div(piola(kinematic, F2, gamma, n, pressure(x, y, ufl)))),
     )
     mechanics.activation.interpolate(lambda X: -BETA * potential(X[0] - 1, X[1] - 1, np))
     # Solved from the exact solution: what is measured is the discretization, not the way there.
@@ -202,9 +202,9 @@ def line_error(spacing, quadrature_degree):
         body,
         kinematics=Line(),
         material=Spring(mu=MU),
-        fixed=["left", "right"],
-        body_force=ufl.as_vector([-stress.dx(0)]),
         quadrature_degree=quadrature_degree,
+        supports=ms.Supports(fixed=["left", "right"]),
+        loads=ms.Loads(body_force=ufl.as_vector([-stress.dx(0)])),
     )
     mechanics.activation.interpolate(lambda X: -BETA * (0.5 + 0.5 * np.cos(3 * X[0])))
     mechanics.start()
@@ -251,7 +251,7 @@ def stretch(relaxation_time, spring, times, order):
         kinematics=Line(),
         material=Spring(mu=MU),
         relaxation_time=relaxation_time,
-        **support,
+        **described(support),
     )
     x = mechanics.u.function_space.tabulate_dof_coordinates()[:, 0]
     left, right = np.argmin(x), np.argmax(x)

@@ -16,7 +16,7 @@ import ufl
 from scipy.integrate import solve_ivp
 from test_mechanics_orders import norm, orders
 
-from mechanics_tools import GivenStrain
+from mechanics_tools import GivenStrain, described
 from solid_tools import DEFORMATIONS, Solids, block, frame, quick_kernels
 
 MU = 1.3
@@ -102,7 +102,7 @@ def stress_free_errors(deformed, material, rest, size, spacing, *, from_rest, **
         kinematics=Solid(),
         material=material,
         active=active,
-        **parts,
+        **described(parts),
     )
     mechanics.activation.x.array[:] = 1.0
     u, p = ufl.split(mechanics.u)
@@ -196,8 +196,8 @@ def manufactured_errors(constraint, spacing):
         kinematics=Solid(constraint=constraint),
         material=NeoHookean(mu=MU),
         active=GivenStrain(gamma),
-        body_force=-ufl.div(P),
-        fixed=["left", "right", "front", "back", "bottom"],
+        supports=ms.Supports(fixed=["left", "right", "front", "back", "bottom"]),
+        loads=ms.Loads(body_force=-ufl.div(P)),
     )
     # Solved from the exact solution, whose values at the fixed parts stay: Newton does not touch these.
     mechanics.u.sub(0).interpolate(lambda X: np.array(displacement(constraint, *X, np)))
@@ -330,7 +330,7 @@ def distances(geometry, fibre, kinematics, plane=None, **parts):
         kinematics=kinematics,
         material=NeoHookean(mu=MU),
         active=Growing(strain_in_the_plane(ufl.SpatialCoordinate(body.mesh))),
-        **parts,
+        **described(parts),
     )
     mechanics.activation.x.array[:] = 1.0
     mechanics.start()

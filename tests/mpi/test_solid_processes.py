@@ -34,7 +34,7 @@ for name, solid, options in [
     fibres = ms.UniformFibres(direction=(2.0, 1.0, 0.5), sheet=(-1.0, 2.0, 0.0))
     body = ms.build(ms.geometry.Slab(size=(2.0, 1.0, 1.0), spacing=0.5), fibres)
     slab = ms.Mechanics(
-        body, kinematics=solid, material=NeoHookean(), fixed=["left"], options=options,
+        body, kinematics=solid, material=NeoHookean(), supports=ms.Supports(fixed=["left"]), options=options,
     )
     for step in range(3):
         slab.activation.interpolate(lambda x: -0.2 * step / 2 * (0.5 + x[0] / 4))

@@ -168,7 +168,7 @@ def test_volume_is_what_the_constraint_says(kinematics, constraint):
         body,
         kinematics=kinematics(constraint=constraint),
         material=ms.materials.NeoHookean(),
-        robin=1.0,
+        supports=ms.Supports(robin=1.0),
     )
     X = mechanics.activation.function_space.tabulate_dof_coordinates()[:, :2]
     mechanics.activation.x.array[:] = -0.3 * (0.9 * np.exp(-((X / 12) ** 2).sum(axis=1)))

@@ -17,7 +17,7 @@ from myostrain.engine import MPI
 from myostrain.geometry import Slab, UniformFibres, build
 from myostrain.kinematics import Solid
 from myostrain.materials import NeoHookean
-from myostrain.mechanics.equilibrium import Mechanics
+from myostrain.mechanics import Mechanics, Supports
 from myostrain.output import published as benchmark
 from myostrain.output.figures.published import draw_benchmark
 
@@ -37,7 +37,7 @@ def bent():
         body,
         kinematics=Solid(),
         material=NeoHookean(mu=1.0),
-        fixed=["left"],
+        supports=Supports(fixed=["left"]),
     )
     mechanics.u.sub(0).interpolate(lambda x: np.stack([0.1 * x[2] ** 2, 0 * x[0], 0.02 * x[0] ** 2]))
     mechanics.u.x.scatter_forward()

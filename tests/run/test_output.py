@@ -224,7 +224,7 @@ def breaking_simulation(out, **options):
         body,
         kinematics=ms.kinematics.Line(),
         material=ms.materials.Spring(),
-        fixed=["left"],
+        supports=ms.Supports(fixed=["left"]),
     )
     potential = ms.Potential(
         body,

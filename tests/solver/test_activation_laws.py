@@ -11,6 +11,7 @@ from dolfinx import mesh as dmesh
 from scipy.integrate import solve_ivp
 
 from coupled import coordinates, gaussian, line
+from mechanics_tools import described
 
 
 class Law:
@@ -127,7 +128,11 @@ def test_a_strain_for_a_tension_is_refused():
     """A law that yields γ, where the mechanics takes a tension."""
     body = ms.build(ms.geometry.Line(length=2.0))
     parts = dict(kinematics=ms.kinematics.Line(), material=ms.materials.Spring(), fixed=["left"])
-    mechanics = ms.Mechanics(body, active=FibreTension(), **parts)
+    mechanics = ms.Mechanics(
+        body,
+        active=FibreTension(),
+        **described(parts),
+    )
     with pytest.raises(ms.InputError, match="yields a strain, and the mechanics takes a tension"):
         ms.Electromechanics(ms.GivenPotential(body), mechanics, law=Proportional())
 
@@ -147,9 +152,16 @@ def test_former_keywords_of_mechanics(former, said):
     body = ms.build(ms.geometry.Line(length=2.0))
     parts = dict(kinematics=ms.kinematics.Line(), material=ms.materials.Spring(), fixed=["left"])
     with pytest.raises(ms.InputError, match=f"Mechanics takes no '{former}' any more: .*{said}"):
-        ms.Mechanics(body, **parts, **{former: None})
+        ms.Mechanics(
+            body,
+            **described(dict(**parts, **{former: None})),
+        )
     with pytest.raises(TypeError, match="'lwa'"):
-        ms.Mechanics(body, **parts, lwa=None)
+        ms.Mechanics(
+            body,
+            lwa=None,
+            **described(parts),
+        )
 
 
 # What drives them.
@@ -186,7 +198,10 @@ def test_activity_scales_what_the_law_yields():
     for activity in (0.5, np.linspace(0.0, 1.0, 11)):
         body = ms.build(ms.geometry.Line(length=10.0))
         parts = dict(kinematics=ms.kinematics.Line(), material=ms.materials.Spring(), fixed=["left"])
-        mechanics = ms.Mechanics(body, **parts)
+        mechanics = ms.Mechanics(
+            body,
+            **described(parts),
+        )
         given = ms.GivenPotential(body, ms.Drive(potential=0.8))
         ms.Electromechanics(given, mechanics, law=Proportional(beta=0.4), activity=activity).start()
         np.testing.assert_allclose(mechanics.activation.x.array, -0.32 * activity, rtol=1e-14)
@@ -217,7 +232,10 @@ def test_a_given_potential_drives_a_relaxing_law_exactly(scheme):
     """v = 1 from the start: γ = −β (1 − exp(−t/rise)) whatever the steps."""
     body = ms.build(ms.geometry.Line(length=4.0))
     mechanics = ms.Mechanics(
-        body, kinematics=ms.kinematics.Line(), material=ms.materials.Spring(), fixed=["left"]
+        body,
+        kinematics=ms.kinematics.Line(),
+        material=ms.materials.Spring(),
+        supports=ms.Supports(fixed=["left"]),
     )
     law = Relaxing(beta=0.3, rise=0.1)
     model = ms.Electromechanics(

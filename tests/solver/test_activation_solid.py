@@ -14,6 +14,7 @@ import ufl
 from mechanics_tools import (
     at_midpoints,
     deformations,
+    described,
     field,
     gradient,
     put,
@@ -155,7 +156,10 @@ def block(direction=(1.0, 0.0, 0.0), sheet_direction=(0.0, 1.0, 0.0)):
 def settled(body, activation=GAMMA, **parts):
     """Mechanics in equilibrium with a uniform γ, or tension."""
     parts = {"kinematics": Solid(), "material": NeoHookean(mu=MU), **parts}
-    mechanics = ms.Mechanics(body, **parts)
+    mechanics = ms.Mechanics(
+        body,
+        **described(parts),
+    )
     mechanics.activation.x.array[:] = activation
     mechanics.start()
     return mechanics

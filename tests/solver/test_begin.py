@@ -31,7 +31,10 @@ def placed(scheme=None):
     """A contracting line whose initial values are given."""
     body = ms.build(ms.geometry.Line(length=20.0))
     mechanics = ms.Mechanics(
-        body, kinematics=ms.kinematics.Line(), material=ms.materials.Spring(), fixed=["left"]
+        body,
+        kinematics=ms.kinematics.Line(),
+        material=ms.materials.Spring(),
+        supports=ms.Supports(fixed=["left"]),
     )
     values = dict(potential=0.9, states={"recovery": 0.05})
     potential = ms.Potential(

@@ -9,7 +9,7 @@ from myostrain.materials import NeoHookean, Spring
 import numpy as np
 import pytest
 
-from mechanics_tools import at_midpoints
+from mechanics_tools import at_midpoints, described
 from solid_tools import quick_kernels
 
 MU, KAPPA = 2.0, 50.0
@@ -44,7 +44,7 @@ def made(kinematic, **parts):
             kinematics=kinematic,
             material=Spring(mu=MU) if kinematic.dim == 1 else NeoHookean(mu=MU),
             tolerance=1e-12,
-            **parts,
+            **described(parts),
         )
 
 

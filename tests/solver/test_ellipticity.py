@@ -204,6 +204,11 @@ def test_where_and_the_warning(caplog):
 
 def test_only_solids():
     """Raises: "The body is no solid"."""
-    mechanics = ms.Mechanics(sheet(), kinematics=PlaneStress(), material=NeoHookean(), robin=1.0)
+    mechanics = ms.Mechanics(
+        sheet(),
+        kinematics=PlaneStress(),
+        material=NeoHookean(),
+        supports=ms.Supports(robin=1.0),
+    )
     with pytest.raises(InputError, match=r"mechanics\.ellipticity"):
         EllipticityMonitor(mechanics)

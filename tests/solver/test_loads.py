@@ -7,12 +7,15 @@ from myostrain.course import check_course, value_at
 from myostrain.errors import ComputationError, InputError
 from myostrain.kinematics import PlaneStrain, PlaneStress, Solid
 from myostrain.materials import Guccione1995, NeoHookean
-from myostrain.mechanics.supports import RigidMotions, plane_axis
+from myostrain.mechanics.rigid_motions import RigidMotions
+from myostrain.mechanics.supports import plane_axis
 from myostrain.solvers.continuation import SMALLEST, follow
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+
+from mechanics_tools import described
 
 MU = 2.0
 SIDES = (2.0, 1.0, 1.5)
@@ -30,7 +33,7 @@ def solid(body=None, *, gamma=0.0, kinematics=None, material=None, **parts):
         body or block(),
         kinematics=kinematics or Solid(),
         material=material or NeoHookean(mu=MU),
-        **parts,
+        **described(parts),
     )
     mechanics.activation.x.array[:] = gamma
     return mechanics
@@ -116,22 +119,21 @@ def test_springs_by_part():
 
 
 FREE = [
-    (dict(), 6),
-    (dict(fixed=["left"]), 0),
-    (dict(sliding=["left"]), 3),
-    (dict(sliding=["left", "bottom"]), 1),
-    (dict(sliding=PLANES), 0),
-    (dict(springs=[(None, False)]), 0),
-    (dict(springs=[(["left"], True)]), 3),
-    (dict(springs=[(None, True)]), 0),
+    ([], 6),
+    ([(["left"], range(3))], 0),
+    ([(["left"], [0])], 3),
+    ([(["left"], [0]), (["bottom"], [2])], 1),
+    ([([name], [axis]) for axis, name in enumerate(PLANES)], 0),
+    ([(None, range(3))], 0),
+    ([(["left"], None)], 3),
+    ([(None, None)], 0),
 ]
 
 
 @pytest.mark.parametrize("holds, count", FREE)
 def test_rigid_motions_that_are_left(holds, count):
     """A plane leaves two translations and a rotation, two planes a translation, a fixed side none."""
-    parts = dict(fixed=(), sliding=(), springs=()) | holds
-    motions = RigidMotions(block(), *parts.values())
+    motions = RigidMotions(block(), holds)
     assert motions.free.shape == (6, count)
 
 
@@ -157,8 +159,8 @@ def test_a_load_that_nothing_bears_is_refused():
 WRONG = [
     (dict(sliding=["lft"]), "mechanics.sliding", "did you mean 'left'"),
     (dict(pressure={"rihgt": 1.0}, fixed=["left"]), "mechanics.pressure.rihgt", "right"),
-    (dict(robin={"left": -1.0}), "mechanics.robin.left", "positive"),
-    (dict(robin_normal={"left": np.nan}), "mechanics.robin_normal.left", "positive"),
+    (dict(robin={"left": -1.0}), "mechanics.robin.left", "greater than or equal to 0"),
+    (dict(robin_normal={"left": np.nan}), "mechanics.robin_normal.left", "finite"),
     (dict(robin={"left": 1.0}, robin_boundary=["left"]), "mechanics.robin_boundary", "leave"),
     (
         dict(pressure={"right": ((1.0, 0.0), (0.0, 1.0))}, fixed=["left"]),
@@ -224,7 +226,7 @@ def test_a_ramp_is_followed_in_time():
     for one in (mechanics, other):
         one.solve(0.9)
     np.testing.assert_array_equal(other.u.x.array, mechanics.u.x.array)
-    assert mechanics.loads.pressures() == {"right": pytest.approx(-0.9)}
+    assert mechanics.external.pressures() == {"right": pytest.approx(-0.9)}
 
 
 def fails_beyond(longest, u, log):

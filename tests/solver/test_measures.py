@@ -378,7 +378,7 @@ def numbers(comm):
         body,
         kinematics=ms.kinematics.Solid(),
         material=ms.materials.NeoHookean(),
-        robin=1.0,
+        supports=ms.Supports(robin=1.0),
     )
     u = lambda X: 0.01 * X[2] * [[10.0], [0.0], [10.0]] * X[:1] + [[0.0], [-0.004], [0.0]] * X[0] * X[2]
     mechanics.u.sub(0).interpolate(u)

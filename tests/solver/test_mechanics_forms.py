@@ -13,7 +13,7 @@ import pytest
 import ufl
 from dolfinx.fem import petsc as fem_petsc
 
-from mechanics_tools import Recorded, random_activation, sheet
+from mechanics_tools import Recorded, described, random_activation, sheet
 
 DEGREE = 4  # of the quadrature, the same on both sides
 ROBIN, BETA = 0.7, 0.35
@@ -34,7 +34,11 @@ def load(mesh):
 def make(monkeypatch, body, **parts):
     """A mechanics whose form can be read, in a random state of random activation."""
     monkeypatch.setattr(myostrain.mechanics.equilibrium, "ChordNewton", Recorded)
-    mechanics = ms.Mechanics(body, quadrature_degree=DEGREE, **parts)
+    mechanics = ms.Mechanics(
+        body,
+        quadrature_degree=DEGREE,
+        **described(parts),
+    )
     random_activation(mechanics, BETA)
     rng = np.random.default_rng(2)
     x = mechanics.u.x.array

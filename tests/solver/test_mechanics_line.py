@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import ufl
 
-from mechanics_tools import random_activation
+from mechanics_tools import described, random_activation
 
 LENGTH, MU, BETA = 8.0, 2.5, 0.4
 # Stiffness of the support at the left and right end; zero is a free end, infinity a fixed one.
@@ -26,7 +26,12 @@ SUPPORTS = {
 
 def make(**parts):
     body = ms.build(ms.geometry.Line(length=LENGTH, spacing=0.5))
-    return ms.Mechanics(body, kinematics=Line(), material=Spring(mu=MU), **parts)
+    return ms.Mechanics(
+        body,
+        kinematics=Line(),
+        material=Spring(mu=MU),
+        **described(parts),
+    )
 
 
 def vertices(mechanics):
@@ -88,8 +93,8 @@ def test_hanging_line():
         body,
         kinematics=Line(),
         material=Spring(mu=MU),
-        fixed=["left"],
-        body_force=ufl.as_vector([b]),
+        supports=ms.Supports(fixed=["left"]),
+        loads=ms.Loads(body_force=ufl.as_vector([b])),
     )
     mechanics.activation.x.array[:] = -BETA * 0.75
     mechanics.start()
@@ -105,7 +110,10 @@ def test_units_are_free(length, spacing):
     """
     body = ms.build(ms.geometry.Line(length=length, spacing=spacing))
     parts = dict(kinematics=Line(), material=Spring(mu=MU), fixed=["right"])
-    mechanics = ms.Mechanics(body, **parts)
+    mechanics = ms.Mechanics(
+        body,
+        **described(parts),
+    )
     mechanics.activation.x.array[:] = -BETA
     mechanics.start()
     X = vertices(mechanics)[0]

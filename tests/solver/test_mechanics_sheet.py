@@ -17,6 +17,7 @@ from mechanics_tools import (
     Recorded,
     active,
     at_midpoints,
+    described,
     gradient,
     moduli,
     plane_stress_cauchy,
@@ -33,7 +34,12 @@ NEAR = 2e-11  # for quantities of order one, solved to 1e-13 of the diagonal: me
 
 def make(kinematic, material, body=None, **parts):
     parts = dict(tolerance=1e-13) | parts  # of the diagonal: as near to the closed forms as round-off lets
-    return ms.Mechanics(body or sheet(), kinematics=kinematic, material=material, **parts)
+    return ms.Mechanics(
+        body or sheet(),
+        kinematics=kinematic,
+        material=material,
+        **described(parts),
+    )
 
 
 def contracted(kinematic, material, **parts):
@@ -296,14 +302,14 @@ BAD = {
     "plane stress is no line": (dict(body=LINE), "mechanics.kinematics", "dimension"),
     "a line is no sheet": (dict(kinematics=Line()), "mechanics.kinematics", "dimension"),
     "no line of rubber": (dict(body=LINE, kinematics=Line()), "material.model", "Spring"),
-    "negative spring": (dict(robin=-1.0), "mechanics.robin", "positive"),
-    "spring not a number": (dict(robin=np.nan), "mechanics.robin", "positive"),
+    "negative spring": (dict(robin=-1.0), "mechanics.robin", "greater than or equal to 0"),
+    "spring not a number": (dict(robin=np.nan), "mechanics.robin", "finite"),
     "endless spring": (dict(robin=np.inf), "mechanics.robin", None),
     "unknown fixed side": (dict(fixed=["lft"]), None, "did you mean 'left'"),
     "unknown side on springs": (dict(robin=1.0, robin_boundary=["lft"]), None, "did you mean 'left'"),
     "unknown side, no springs": (dict(robin_boundary=["lft"]), None, "did you mean 'left'"),
     "springs nowhere": (dict(robin=1.0, robin_boundary=[]), None, None),
-    "negative time": (dict(relaxation_time=-1.0), "mechanics.relaxation_time", "positive"),
+    "negative time": (dict(relaxation_time=-1.0), "mechanics.relaxation_time", "greater than or equal to 0"),
     "stretch of three directions": (
         dict(imposed_stretch=ms.ImposedStretch(value=(1.0, 1.0, 1.0))),
         "mechanics.imposed_stretch",
@@ -320,7 +326,10 @@ def test_parts_that_do_not_fit(parts, key, said):
     geometry = parts.pop("body", None)
     body = ms.build(geometry) if geometry else sheet()
     with pytest.raises(ms.InputError, match=said) as caught:
-        ms.Mechanics(body, **parts)
+        ms.Mechanics(
+            body,
+            **described(parts),
+        )
     assert key is None or caught.value.key == key
 
 

@@ -71,7 +71,7 @@ def test_conservation_is_that_of_the_linear_solver(mass):
         body,
         kinematics=ms.kinematics.Line(),
         material=ms.materials.Spring(),
-        fixed=["left"],
+        supports=ms.Supports(fixed=["left"]),
     )
     potential = ms.Potential(
         body, membrane=INERT, diffusivity=100.0, mass=mass, deformation=mechanics.deformation

@@ -49,7 +49,7 @@ class Everything:
         with quick_kernels():
             equations, activation = mechanics._active, mechanics.activation
             stored = equations.stored(equations.lifted(mechanics.u, activation), activation)
-            self.energy = compile_form(stored * mechanics._dx)
+            self.energy = compile_form(stored * mechanics.dx)
 
     def at_random(self, *combination):
         """A random state of a random activation: |Grad u| up to a fifth, p about one."""

@@ -18,7 +18,7 @@ import pytest
 import ufl
 from dolfinx import mesh as dmesh
 
-from mechanics_tools import GivenStrain, Recorded, random_activation, sheet
+from mechanics_tools import GivenStrain, Recorded, described, random_activation, sheet
 
 GMRES = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-8}
 
@@ -30,7 +30,11 @@ def make(kinematic=None, **parts):
         parts = dict(material=Spring(), fixed=["left"]) | parts
     else:
         body, parts = sheet(size=(2.0, 2.0)), dict(material=NeoHookean(), robin=1.0) | parts
-    return ms.Mechanics(body, kinematics=kinematic or PlaneStress(), **parts)
+    return ms.Mechanics(
+        body,
+        kinematics=kinematic or PlaneStress(),
+        **described(parts),
+    )
 
 
 def solved_afresh(mechanics, gamma):
@@ -89,7 +93,12 @@ def test_the_tolerance_is_relative_to_the_extent():
     counts = []
     for scale in (1e-3, 1.0, 1e3):
         body = sheet(size=(2.0 * scale, 2.0 * scale), spacing=0.25 * scale)
-        mechanics = ms.Mechanics(body, kinematics=PlaneStress(), material=NeoHookean(), robin=1 / scale)
+        mechanics = ms.Mechanics(
+            body,
+            kinematics=PlaneStress(),
+            material=NeoHookean(),
+            supports=ms.Supports(robin=1 / scale),
+        )
         random_activation(mechanics)
         mechanics.start()
         counts.append((mechanics.solver.counters.as_dict(), mechanics.u.x.array / scale))
@@ -265,7 +274,16 @@ def test_the_papers_contraction_in_one_jump(kinematic, side):
     """
     body = sheet(size=(2.0, 1.0))
     parts = dict(kinematics=kinematic, material=NeoHookean(), fixed=[side])
-    mechanics, stepped = ms.Mechanics(body, **parts), ms.Mechanics(body, **parts)
+    mechanics, stepped = (
+        ms.Mechanics(
+            body,
+            **described(parts),
+        ),
+        ms.Mechanics(
+            body,
+            **described(parts),
+        ),
+    )
     for gamma in np.linspace(-0.03, -0.3, 10):
         stepped.activation.x.array[:] = gamma
         stepped.solver.solve()

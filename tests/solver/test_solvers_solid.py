@@ -10,6 +10,8 @@ from myostrain.solvers.anderson import Anderson
 import numpy as np
 import pytest
 
+from mechanics_tools import described
+
 BLOCK = {"pc_type": "fieldsplit"}
 MATERIALS = {"neo-Hookean": NeoHookean(), "Guccione": Guccione1995()}
 
@@ -19,7 +21,10 @@ def slab(spacing=1.0, **parts):
     fibres = ms.UniformFibres(direction=(2.0, 1.0, 0.5), sheet=(-1.0, 2.0, 0.0))
     body = ms.build(ms.geometry.Slab(size=(4.0, 2.0, 1.0), spacing=spacing), fibres)
     usual = dict(kinematics=Solid(), material=NeoHookean(), fixed=["left"])
-    return ms.Mechanics(body, **(usual | parts))
+    return ms.Mechanics(
+        body,
+        **described(usual | parts),
+    )
 
 
 def contract(mechanics, steps=3):

@@ -21,6 +21,7 @@ from mechanics_tools import (
     active,
     at_midpoints,
     deformations,
+    described,
     directions,
     field,
     put,
@@ -86,7 +87,11 @@ def sheet(kinematics, **parts):
     """A viscous sheet of 32 triangles with oblique fibres and a random activation."""
     body = ms.build(ms.geometry.Rectangle(size=(2.0, 2.0), spacing=0.5), ms.UniformFibres(direction=(2, 1)))
     parts = dict(material=NeoHookean(mu=2.5), relaxation_time=LAMBDA) | parts
-    mechanics = ms.Mechanics(body, kinematics=kinematics, **parts)
+    mechanics = ms.Mechanics(
+        body,
+        kinematics=kinematics,
+        **described(parts),
+    )
     random_activation(mechanics, seed=2)
     return mechanics
 

@@ -87,10 +87,8 @@ def test_the_case_builds_what_it_says():
         kinematics=ms.kinematics.Solid(constraint="elastic", bulk_modulus=50.0),
         material=ms.materials.NeoHookean(mu=1.0),
         active=Orthotropic(kappa=0.3),
-        robin={"left": 0.7},
-        robin_normal={"front": 0.2},
-        sliding=["bottom"],
-        pressure={"right": 0.1},
+        supports=ms.Supports(robin={"left": 0.7}, robin_normal={"front": 0.2}, sliding=["bottom"]),
+        loads=ms.Loads(pressure={"right": 0.1}),
     )
     given = ms.GivenPotential(body, ms.Drive(potential=0.6))
     activity = ms.geometry.transmural(body, (0.5, 1.5), ("bottom", "top"))

@@ -304,9 +304,9 @@ def test_a_ventricle_of_holzapfel_and_ogden_fills_and_contracts():
         kinematics=Solid(),
         material=HolzapfelOgden2009(),
         active=TransverselyIsotropic(),
-        fixed=["base"],
-        pressure={"endocardium": ((0.0, 0.0), (0.5, 0.5))},
         tolerance=1e-6,
+        supports=ms.Supports(fixed=["base"]),
+        loads=ms.Loads(pressure={"endocardium": ((0.0, 0.0), (0.5, 0.5))}),
     )
     cavity = Cavity(body, "endocardium", ufl.split(mechanics.u)[0], 2)
     apex = np.argmin(body.mesh.geometry.x[:, 2])

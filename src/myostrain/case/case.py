@@ -47,7 +47,7 @@ from myostrain.course import missed_peaks
 from myostrain.electrics import Drive, GivenPotential, InitialValues, Potential, Stimulus
 from myostrain.engine import MPI
 from myostrain.errors import InputError, dotted, nearest, shown
-from myostrain.mechanics.equilibrium import ImposedStretch, Mechanics
+from myostrain.mechanics import ImposedStretch, Loads, Mechanics, Supports
 from myostrain.run.simulation import Simulation
 from myostrain.schemes import Implicit
 
@@ -269,12 +269,15 @@ class Case:
             kinematics=self.kinematics,
             material=self.material,
             active=self.active,
-            robin=self.mechanics.robin,
-            robin_boundary=self.mechanics.robin_boundary,
-            robin_normal=self.mechanics.robin_normal,
-            pressure=self.mechanics.pressure,
-            fixed=self.mechanics.fixed,
-            sliding=self.mechanics.sliding,
+            supports=Supports(
+                fixed=self.mechanics.fixed,
+                sliding=self.mechanics.sliding,
+                displacement=self.mechanics.displacement or {},
+                robin=self.mechanics.robin,
+                robin_boundary=self.mechanics.robin_boundary,
+                robin_normal=self.mechanics.robin_normal or {},
+            ),
+            loads=Loads(pressure=self.mechanics.pressure or {}, traction=self.mechanics.traction or {}),
             relaxation_time=self.mechanics.relaxation_time,
             imposed_stretch=self.mechanics.imposed_stretch,
             tolerance=self.mechanics.tolerance,

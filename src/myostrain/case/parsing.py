@@ -11,7 +11,7 @@ from typing import Any
 from myostrain.electrics import Place
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.solvers.options import check_options
-from myostrain.validation import Finite
+from myostrain.validation import Finite, plain_words
 
 import pydantic
 
@@ -68,7 +68,7 @@ def make(
     kind = str(typing.get_type_hints(cls).get(str(place[0]))) if place else ""
     # What does not fit together is no single value.
     given = f", not {shown(found['input'])}" if place else ""
-    raise InputError(f"{_plain_words(found, kind)}{given}", key)
+    raise InputError(f"{plain_words(found, kind)}{given}", key)
 
 
 def make_placed(cls: Any, given: Any, section: str) -> tuple[Any, ...]:
@@ -86,33 +86,6 @@ def make_placed(cls: Any, given: Any, section: str) -> tuple[Any, ...]:
         others = {k: v for k, v in table.items() if k not in places}
         made.append(make(cls, {**others, "where": where}, key))
     return tuple(made)
-
-
-def _plain_words(error: Any, kind: str) -> str:
-    """What pydantic says of a value, as something to do.
-
-    Args:
-        error: One of its errors.
-        kind: The type that is wanted, as text.
-    """
-    texts = "str" in kind or "Literal" in kind
-    some = 'texts, such as ["left"]' if texts else "numbers, such as [1.0, -1.0]"
-    wanted = {
-        "float_type": "give a number",
-        "int_type": "give an integer",
-        "int_from_float": "give an integer",
-        "bool_type": "give a boolean, true or false",
-        "string_type": "give a text",
-        "path_type": 'give a path, such as "body.msh"',
-        "tuple_type": f"give a list of {some}",
-        "too_long": "give a shorter list",
-        "missing": f"give a longer list of {some}",
-        "mapping_type": "give a table, such as { name = [1.0, -1.0] }",
-        "dict_type": "give a table, such as { name = [1.0, -1.0] }",
-        "dataclass_type": "give a table, such as { value = 1.0 }",
-    }
-    said = error["msg"].removeprefix("Value error, ").replace("Input should be", "this should be")
-    return wanted.get(error["type"], f"{said[0].lower()}{said[1:]}")
 
 
 def make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:

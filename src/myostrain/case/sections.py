@@ -12,7 +12,8 @@ from myostrain.course import Course
 from myostrain.electrics.diffusion import Mass
 from myostrain.electrics.potential import Balance
 from myostrain.errors import InputError
-from myostrain.mechanics.equilibrium import ImposedStretch
+from myostrain.mechanics.imposed_stretch import ImposedStretch
+from myostrain.mechanics.loads import VectorCourse
 from myostrain.output.fields import FieldName
 from myostrain.run.simulation import CHECKPOINT_SECONDS
 from myostrain.schemes import Implicit, SecondOrder, Staggered
@@ -102,6 +103,8 @@ class MechanicsSection:
     robin_boundary: tuple[str, ...] | None = None
     robin_normal: Mapping[str, NonNegative] | None = None
     pressure: Mapping[str, Course] | None = None
+    traction: Mapping[str, VectorCourse] | None = None
+    displacement: Mapping[str, Mapping[Literal["x", "y", "z"], Course]] | None = None
     fixed: tuple[str, ...] = ()
     sliding: tuple[str, ...] = ()
     relaxation_time: NonNegative = 0.0

@@ -2,5 +2,7 @@
 
 from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.mechanics.imposed_stretch import ImposedStretch
+from myostrain.mechanics.loads import Loads
+from myostrain.mechanics.supports import Supports
 
-__all__ = ["ImposedStretch", "Mechanics"]
+__all__ = ["ImposedStretch", "Loads", "Mechanics", "Supports"]

@@ -53,6 +53,7 @@ class ActiveBody:
         strains = hasattr(found, "tensor")
         self._deformation: ActiveDeformation = found if strains else Fibre()
         self._tension: ActiveTension | None = None if strains else found
+        self.name = type(active).__name__
         self._fibres = body.fibres.lifted(body.dim, kinematics.tensor_dim)
         self._relaxation_time = fem.Constant(mesh, float(relaxation_time)) if relaxation_time > 0 else None
 

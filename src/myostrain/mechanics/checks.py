@@ -1,38 +1,96 @@
-"""Whether what mechanics is given fits together: body, kinematics, material, loads."""
+"""Whether what mechanics is given fits together: body, kinematics, material, supports, loads."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myostrain import materials
-from myostrain.course import Course, value_at
-from myostrain.errors import InputError
+from myostrain import activation, kinematics, materials
+from myostrain.course import value_at
+from myostrain.engine import MPI
+from myostrain.errors import InputError, shown
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
 from myostrain.mechanics.imposed_stretch import ImposedStretch
-from myostrain.mechanics.supports import RigidMotions
+from myostrain.mechanics.loads import Loads, times_of, vector_at
+from myostrain.mechanics.rigid_motions import RigidMotions, surface
+from myostrain.mechanics.supports import AXES, FLAT, Hold, Supports, plane_axis
+from myostrain.validation import NonNegative, Positive, checked
 
 import numpy as np
 
 
-def check_room(body: Body, fixed: Sequence[str]) -> None:
-    """Refuse an incompressible body fixed all around: nothing would determine its pressure.
+def check_kinds(given: Mapping[str, Any]) -> None:
+    """Refuse objects that are not what mechanics takes: texts, classes, dictionaries.
+
+    Args:
+        given: What was given, by keyword.
+
+    Raises:
+        InputError: It names the keyword, and what to give.
+    """
+    wanted: dict[str, tuple[str, Any, str]] = {
+        "body": ("a body, such as build(...) makes", Body, "mesh"),
+        "kinematics": (f"one of {_instances(kinematics, 'lift')}", object, "lift"),
+        "material": (f"one of {_instances(materials, 'energy')}, or one of your own", object, "energy"),
+        "supports": ('Supports(...), such as Supports(fixed=["left"])', Supports, ""),
+        "loads": ('Loads(...), such as Loads(pressure={"right": 0.1})', Loads, ""),
+        "imposed_stretch": ("ImposedStretch(...), or None", ImposedStretch | None, ""),
+    }
+    for name, (what, kind, method) in wanted.items():
+        value = given[name]
+        lacks = bool(method) and not hasattr(value, method)
+        if isinstance(value, type) or lacks or not isinstance(value, kind):
+            raise InputError(f"{shown(value)}: give {what}", f"mechanics.{name}")
+    active = given["active"]
+    if isinstance(active, type) or not (hasattr(active, "tensor") or hasattr(active, "energy")):
+        raise InputError(
+            f"{shown(active)}: give an active deformation, one of {_instances(activation, 'tensor')}, or an "
+            "active tension",
+            "mechanics.active",
+        )
+    checked(NonNegative, given["relaxation_time"], "mechanics.relaxation_time")
+    checked(Positive, given["tolerance"], "mechanics.tolerance")
+
+
+def _instances(module: Any, method: str) -> str:
+    """The classes of a module that have a method and are no protocols, as a call each."""
+    found = vars(module).values()
+    names = [c.__name__ for c in found if isinstance(c, type) and hasattr(c, method)]
+    protocols = ("Kinematics", "Material", "ActiveDeformation")
+    return ", ".join(f"{name}()" for name in names if name not in protocols and not name.startswith("_"))
+
+
+def check_room(body: Body, supports: Supports, holds: Sequence[Hold]) -> None:
+    """Refuse an incompressible body held all around: nothing would determine its pressure.
 
     Raises:
         InputError: It is.
     """
+    parts = {*supports.fixed, *supports.sliding}
+    for part in supports.displacement:
+        axes = {hold.axis for hold in holds if hold.part == part}
+        if len(axes) == body.dim or _flat_axis(body, part) in axes:
+            parts.add(part)
     boundary = body.boundary_facets(None)
-    held = np.intersect1d(body.boundary_facets(fixed, "mechanics.fixed"), boundary)
-    if fixed and body.comm.allreduce(len(held)) == body.comm.allreduce(len(boundary)):
+    held = np.intersect1d(body.boundary_facets(sorted(parts)), boundary)
+    if parts and body.comm.allreduce(len(held)) == body.comm.allreduce(len(boundary)):
         raise InputError(
             "the pressure of an incompressible body held all around is not determined; leave a part free",
             "mechanics.fixed",
         )
 
 
-def check_held(motions: RigidMotions, pressure: Mapping[str, Course], body_force: Any) -> None:
+def _flat_axis(body: Body, part: str) -> int | None:
+    """The axis across which a part of the boundary is plane, if there is one."""
+    try:
+        return plane_axis(body, part)
+    except InputError:
+        return None
+
+
+def check_held(motions: RigidMotions, loads: Loads) -> None:
     """Refuse loads on a body that is free to follow them.
 
     Raises:
@@ -40,21 +98,61 @@ def check_held(motions: RigidMotions, pressure: Mapping[str, Course], body_force
     """
     if not motions.free.shape[1]:
         return
-    if body_force is not None:
+    if loads.body_force is not None:
         raise InputError("a loaded body must be held: fix a part of it, or give robin > 0", "mechanics.fixed")
-    pushes = {part: motions.push(part) for part in pressure}
-    points = [point for course in pressure.values() if isinstance(course, Sequence) for point in course]
-    for time in {point[0] for point in points} or {0.0}:
-        values = {part: value_at(course, time) for part, course in pressure.items()}
-        none = np.zeros(motions.free.shape[1])
-        total = sum((values[part] * force for part, (force, _) in pushes.items()), none)
-        scale = sum(abs(values[part]) * area for part, (_, area) in pushes.items())
+    pressed = {part: motions.push(part) for part in loads.pressure}
+    pulled = {
+        part: [motions.push(part, axis) for axis in np.eye(len(motions.middle))] for part in loads.traction
+    }
+    for time in times_of(loads):
+        total, scale = np.zeros(motions.free.shape[1]), 0.0
+        for part, (force, area) in pressed.items():
+            value = value_at(loads.pressure[part], time)
+            total, scale = total + value * force, scale + abs(value) * area
+        for part, pushes in pulled.items():
+            for value, (force, area) in zip(vector_at(loads.traction[part], time), pushes, strict=True):
+                total, scale = total + value * force, scale + abs(value) * area
         if np.abs(total).max() > 1e-6 * scale:
+            key = "pressure" if loads.pressure else "traction"
             raise InputError(
-                "pressures push the body along a motion that nothing holds: fix a part of the boundary, let "
+                "the loads push the body along a motion that nothing holds: fix a part of the boundary, let "
                 "one slide in its plane, or give robin > 0",
-                f"mechanics.pressure.{next(iter(pressure))}",
+                f"mechanics.{key}.{next(iter(getattr(loads, key)))}",
             )
+
+
+def check_stretch(body: Body, kinematics: Kinematics, stretch: ImposedStretch, supports: Supports) -> float:
+    """Refuse an imposed stretch that contradicts the constraint, or moves what supports hold.
+
+    Returns:
+        J of the held body.
+
+    Raises:
+        InputError: It does, with the numbers.
+    """
+    key = "mechanics.imposed_stretch"
+    if isinstance(stretch.value, tuple) and len(stretch.value) != body.dim:
+        raise InputError(f"{list(stretch.value)}: give one number, or {body.dim}", key)
+    stretches = np.broadcast_to(np.asarray(stretch.value, dtype=float), (body.dim,))
+    ratio = kinematics.held_volume_ratio(stretches.tolist())
+    low, high = body.extent()
+    if supports.displacement and not (np.isinf(stretch.until) and (stretches == 1).all()):
+        raise InputError("a prescribed displacement contradicts it; give one of the two", key)
+    held = [(part, tuple(range(body.dim))) for part in supports.fixed]
+    held += [(part, (plane_axis(body, part) if body.dim > 1 else 0,)) for part in supports.sliding]
+    for part, axes in held:
+        points, _ = surface(body, [part])
+        moved = np.abs((stretches - 1) * (points.reshape(-1, body.dim) - low)).max(axis=0, initial=0.0)
+        most = np.array([body.comm.allreduce(float(value), op=MPI.MAX) for value in moved])
+        axis = max(axes, key=lambda i: most[i])
+        if most[axis] > FLAT * np.linalg.norm(high - low):
+            raise InputError(
+                f"the stretch of {stretches[axis]:g} from the lowest corner moves '{part}' by "
+                f"{most[axis]:.4g} along {AXES[axis]}, where it is held; hold parts that stay in place (at "
+                f"{AXES[axis]} = {low[axis]:g}), or give 1 along this axis",
+                key,
+            )
+    return ratio
 
 
 def check_fit(
@@ -62,7 +160,6 @@ def check_fit(
     kinematics: Kinematics,
     material: Material,
     relaxation_time: float,
-    stretch: ImposedStretch | None,
 ) -> None:
     """Refuse a material, a load or a viscosity that the kinematics of this body has no place for.
 
@@ -83,12 +180,6 @@ def check_fit(
             f"{', '.join(fitting)}",
             "material.model",
         )
-    if stretch is not None and isinstance(stretch.value, tuple) and len(stretch.value) != body.dim:
-        raise InputError(
-            f"{list(stretch.value)}: give one number, or {body.dim}", "mechanics.imposed_stretch"
-        )
-    if not relaxation_time >= 0:
-        raise InputError(f"{relaxation_time}: give zero or a positive time", "mechanics.relaxation_time")
     if relaxation_time > 0 and not hasattr(material, "modulus"):
         raise InputError(
             f"viscosity is scaled by a material's modulus at rest, and {type(material).__name__} has no "

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 from myostrain.activation import ActiveDeformation, ActiveTension, Fibre, Yield
-from myostrain.engine import compile_form, fem
+from myostrain.engine import fem
 from myostrain.errors import ComputationError
 from myostrain.geometry import Body
 from myostrain.history import History, backward_difference
 from myostrain.kinematics import Deformation, Kinematics
 from myostrain.materials import Material
 from myostrain.mechanics.active_body import ActiveBody
-from myostrain.mechanics.checks import check_fit, check_held, check_room
+from myostrain.mechanics.balance import Balance
+from myostrain.mechanics.checks import check_fit, check_held, check_kinds, check_room, check_stretch
+from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.inversion import Orientation
-from myostrain.mechanics.loads import Course, Loads
-from myostrain.mechanics.supports import RigidMotions, fixed_conditions, sliding_conditions
+from myostrain.mechanics.loads import Loads
+from myostrain.mechanics.nodal_fields import NodalFields
+from myostrain.mechanics.reactions import Reactions
+from myostrain.mechanics.rigid_motions import RigidMotions
+from myostrain.mechanics.supports import Supports, holds
 from myostrain.solvers.continuation import follow
-from myostrain.solvers.linear import Options, assemble_nodal, largest, owned_dofs
+from myostrain.solvers.linear import Options, largest, owned_dofs
 from myostrain.solvers.newton import ChordNewton
 from myostrain.solvers.timing import timed
 from myostrain.state import FieldState, State
@@ -40,13 +44,20 @@ QUADRATURE_DEGREE = {1: 1, 2: 3}
 QUADRATURE_RULE = {"tetrahedron": "xiao_gimbutas"}
 
 
-#: Keywords of earlier versions, and what became of them.
+_SUPPORT, _LOAD = "give supports=Supports({0}=...)", "give loads=Loads({0}=...)"
+
+#: Keywords of earlier versions, and what took their place.
 FORMER = {
-    "law": "it goes to Electromechanics(..., law=...)",
+    "law": "it goes to Electromechanics(..., law=...), which writes the nodal field activation",
     "deformation": "it is called active",
     "active_stress": "give Electromechanics law=ActiveStress(...), and Mechanics active=FibreTension(...)",
     "activity": "it goes to Electromechanics(..., activity=...), as values at the nodes",
-    "activity_max": "it is not needed",
+    "activity_max": "it is not needed; activity goes to Electromechanics",
+    **{
+        name: _SUPPORT.format(name)
+        for name in ("fixed", "sliding", "robin", "robin_boundary", "robin_normal")
+    },
+    **{name: _LOAD.format(name) for name in ("pressure", "body_force")},
 }
 
 
@@ -54,8 +65,8 @@ class Mechanics:
     """The deforming body: finds the displacement for a given activation.
 
     The energy of the body is ∫ Jo W(F Fo⁻¹) dX + k/2 ∫ |u|² dS, under J = 1 or det Fe = 1 as ``kinematics``
-    says; stress (3.3) and tangent follow by differentiation. A free body (no support, nothing fixed) is held
-    at as many points as it has rigid motions; the reactions there are zero.
+    says; stress (3.3) and tangent follow by differentiation. Rigid motions that supports leave free are
+    stopped at as many components of nodes, which bear nothing: loads that do not balance are refused.
 
     Args:
         body: The reference body.
@@ -63,17 +74,10 @@ class Mechanics:
         material: Passive material W(Fe).
         active: What the activation does: an active deformation Fo(γ), along the fibre unless given, or an
             :class:`~myostrain.activation.ActiveTension`.
-        robin: Stiffness k of the elastic support P N = −k u (7.8), zero or more; one, or by named part of
-            the boundary.
-        robin_boundary: Named parts of the boundary that a single ``robin`` acts on; all of it unless given.
-        robin_normal: Stiffness of supports P N = −k (u·N) N, which let the body slide, by named part.
-        pressure: Follower pressure by named part, positive towards the body: P N = −p J F⁻ᵀ N. A number, or
-            points (time, value) joined by straight lines.
-        fixed: Named parts of the boundary where u = 0.
-        sliding: Named parts, each in a plane across an axis, that slide in it.
-        body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
+        supports: What holds the body; nothing unless given.
+        loads: What pushes and pulls it; nothing unless given.
         relaxation_time: λ of the Kelvin–Voigt body, (4.14) on a line; zero for an elastic one.
-        imposed_stretch: A stretch that holds the body for an initial time.
+        imposed_stretch: A stretch that holds the body for an initial time, from its lowest corner.
         options: PETSc options of the linear solver.
         tolerance: Largest error of the displacement from iterating, relative to the body's extent.
         quadrature_degree: Degree of the quadrature; chosen by the elements unless given.
@@ -82,6 +86,8 @@ class Mechanics:
         InputError: The parts do not fit together; the message says which.
 
     Attributes:
+        dx: Measure of the reference body with the quadrature of the solver. Integrate stress with it: for the
+            rational functions of :meth:`cauchy`, ``ufl.dx`` alone asks for points without end.
         u: Displacement (with the pressure, where there is one), a DOLFINx function.
         activation: γ, or the tension, at the nodes, P1; whoever couples writes it.
         deformation: F and J of the configuration handed over to the potential.
@@ -97,13 +103,8 @@ class Mechanics:
         kinematics: Kinematics,
         material: Material,
         active: ActiveDeformation | ActiveTension | None = None,
-        robin: float | Mapping[str, float] = 0.0,
-        robin_boundary: Sequence[str] | None = None,
-        robin_normal: Mapping[str, float] | None = None,
-        pressure: Mapping[str, Course] | None = None,
-        fixed: Sequence[str] = (),
-        sliding: Sequence[str] = (),
-        body_force: Any = None,
+        supports: Supports | None = None,
+        loads: Loads | None = None,
         relaxation_time: float = 0.0,
         imposed_stretch: ImposedStretch | None = None,
         options: Options | None = None,
@@ -112,18 +113,21 @@ class Mechanics:
         **former: Any,
     ) -> None:
         refuse_former(former, FORMER, "Mechanics")
-        check_fit(body, kinematics, material, relaxation_time, imposed_stretch)
-        self.body, self.kinematics = body, kinematics
+        supports, loads, active = supports or Supports(), loads or Loads(), active or Fibre()
+        check_kinds(locals())
+        check_fit(body, kinematics, material, relaxation_time)
+        self.body, self.kinematics, self.material = body, kinematics, material
+        self.supports, self.loads = supports, loads
         self.imposed_stretch = imposed_stretch
         self.relaxation_time = relaxation_time
         self.seconds = 0.0
         mesh = body.mesh
         mixed = kinematics.has_pressure
-        self._active = equations = ActiveBody(body, kinematics, material, active or Fibre(), relaxation_time)
+        self._active = equations = ActiveBody(body, kinematics, material, active, relaxation_time)
         degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
         rule = QUADRATURE_RULE.get(mesh.topology.cell_type.name, "default")
         metadata = {"quadrature_degree": degree, "quadrature_rule": rule}
-        self._dx = ufl.Measure("dx", domain=mesh, metadata=metadata)
+        self.dx = ufl.Measure("dx", domain=mesh, metadata=metadata)
 
         space = _space(mesh, body.dim, kinematics.degree, mixed)
         self.u, self.handed = fem.Function(space, name="displacement"), fem.Function(space)
@@ -133,23 +137,21 @@ class Mechanics:
         F = equations.gradient(self.handed)
         self._handed_activation = fem.Function(self.activation.function_space)
         Jo = ufl.det(equations.active(self._handed_activation))
+        self._imposed = fem.Constant(mesh, 0.0)  # whether the configuration is an imposed one
+        self._handed_imposed = fem.Constant(mesh, 0.0)  # the same of the one handed over
+        if imposed_stretch is not None:  # a held body's J is that of the stretch, whatever the activation
+            ratio = check_stretch(body, kinematics, imposed_stretch, supports)
+            for_ever = np.isinf(imposed_stretch.until)
+            Jo = ratio if for_ever else Jo + self._handed_imposed * (ratio - Jo)
         self.deformation = Deformation(F, kinematics.volume_ratio(F, Jo))
 
-        residual = ufl.derivative(equations.energy(self.u, self.activation) * self._dx, self.u)
-        self.loads = Loads(
-            body,
-            equations,
-            self.u,
-            self.activation,
-            kinematics.degree,
-            pressure=pressure,
-            robin=robin,
-            robin_boundary=robin_boundary,
-            robin_normal=robin_normal,
-            body_force=body_force,
+        residual = ufl.derivative(equations.energy(self.u, self.activation) * self.dx, self.u)
+        held = holds(body, space, supports, mixed)
+        self.external = ExternalForces(
+            body, equations, self.u, self.activation, supports, loads, held, relaxation_time > 0
         )
-        residual += self.loads.residual
-        self._past_loads = np.zeros_like(self.loads.at(0.0))
+        residual += self.external.residual
+        self._past_loads = np.zeros_like(self.external.at(0.0))
         self._rates: list[Any] = []
         self._past: list[tuple[fem.Function, fem.Function]] = []
         self._rate: Any = None
@@ -161,19 +163,15 @@ class Mechanics:
             self._rate = equations.strain_rate(self._rates, [(self.u, self.activation), *self._past])
             residual += (
                 equations.viscous_power(self._rate, self.u, self.activation, ufl.TestFunction(space))
-                * self._dx
+                * self.dx
             )
-        conditions = [
-            *fixed_conditions(body, space, fixed, mixed),
-            *sliding_conditions(body, space, sliding, mixed),
-        ]
-        if mixed and not self.loads.supports:
-            check_room(body, [*fixed, *sliding])
-        motions = RigidMotions(body, fixed, sliding, self.loads.supports)
-        check_held(motions, pressure or {}, body_force)
-        conditions += motions.pins(space, mixed)
-        low, high = body.extent()
-        self.size = float(np.linalg.norm(high - low))
+        springs = [(parts, None if along else range(body.dim)) for _, parts, along in self.external.springs]
+        if mixed and not springs:
+            check_room(body, supports, held)
+        motions = RigidMotions(body, [*(([hold.part], [hold.axis]) for hold in held), *springs])
+        check_held(motions, loads)
+        pins = motions.pins(space, mixed)
+        self.size = motions.size
         self._measured = None
         if mixed:
             dofs = np.asarray(space.sub(0).collapse()[1], dtype=np.int32)
@@ -182,46 +180,70 @@ class Mechanics:
         self.solver = ChordNewton(
             residual,
             self.u,
-            conditions,
+            [*(hold.condition for hold in held if hold.course is None), *pins],
+            moving=[hold.condition for hold in held if hold.course is not None],
             measured=self._measured,
             tolerance=tolerance * self.size,
             options=options,
             saddle_point=mixed,
-            symmetric=self.loads.symmetric,
-            stabilization=equations.stabilization(self.u, self.activation, self._dx) if mixed else None,
+            symmetric=self.external.symmetric,
+            stabilization=equations.stabilization(self.u, self.activation, self.dx) if mixed else None,
             depends_on=[
                 self.activation,
                 *(f for pair in self._past for f in pair),
                 *self._rates,
-                *self.loads.constants,
+                *self.external.constants,
             ],
+            advice="a smaller time step, activation or load; more supports, where a slender body is free; "
+            "another mechanics.tolerance.",
+        )
+        self.pins = len(pins)
+        self._balance: Balance | None = None
+        if pins and self.external.residual:
+            stiffness = sum(float(k.value) for k, _, _ in self.external.springs)
+            negligible = 1e-6 * stiffness * self.size**body.dim
+            self._balance = Balance(space, self.u, self.external.residual, motions, mixed, negligible)
+        self.reactions = Reactions(
+            body, self.u, equations.displacement(self.u), held, self.external, self.solver
         )
         self._orientation = Orientation(body, equations, self.u, self.activation)
         self._nodal_u: fem.Function | None = None
-        test = ufl.TestFunction(self.activation.function_space)
-        self._nodal_weight = assemble_nodal(compile_form(test * self._dx))
-        if mixed:
-            stress = equations.cauchy_without_pressure(self.u, self.activation)
-            mean = sum(stress[i, i] for i in range(body.dim)) / body.dim
-            self._mean_stress = compile_form(mean * test * self._dx)
-        self._fibre_stretch: fem.Form | None = None
-        self._stress_trace = compile_form(ufl.tr(self.cauchy()) * test * self._dx)
+        self._nodal = NodalFields(self.activation.function_space, self.dx)
+
+    def __repr__(self) -> str:
+        """What is solved, and how it is held."""
+        names = [type(self.kinematics).__name__, type(self.material).__name__, self._active.name]
+        unknowns = self.u.function_space.dofmap
+        size = unknowns.index_map.size_global * unknowns.index_map_bs
+        held = f"{self.pins} rigid motions free" if self.pins else "held"
+        return f"Mechanics({', '.join(names)}; {self.body.cells} cells, {size} unknowns, {held})"
 
     def cauchy(self) -> Any:
-        """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), viscous part included, UFL."""
+        """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), viscous part included, UFL.
+
+        Integrate it with :attr:`dx`, or with a measure of a degree of your own.
+        """
         return self._active.cauchy(self.u, self.activation, self._rate)
 
+    def stress(self) -> npt.NDArray[np.float64]:
+        """The Cauchy stress at the nodes of ``activation`` (nodes, n, n), n = 3, or 1 on a line."""
+        n = self.kinematics.tensor_dim
+        sigma = np.empty((len(self.activation.x.array), n, n))
+        for i in range(n):
+            for j in range(i, n):
+                sigma[:, i, j] = sigma[:, j, i] = self._nodal.mean(
+                    f"stress {i}{j}", lambda i=i, j=j: self.cauchy()[i, j]
+                )
+        return sigma
+
     def stress_trace(self) -> npt.NDArray[np.float64]:
-        """Trace of the Cauchy stress at the nodes of P1 (mean over the cells around each, lumped)."""
-        return assemble_nodal(self._stress_trace) / self._nodal_weight
+        """Trace of the Cauchy stress at the nodes of ``activation``, means over the cells around each."""
+        return self._nodal.mean("stress trace", lambda: ufl.tr(self.cauchy()))
 
     def fibre_stretch(self) -> npt.NDArray[np.float64]:
-        """Stretch of the fibre, |F f0|, at the nodes of P1 (mean over the cells around each, lumped)."""
-        if self._fibre_stretch is None:
-            along = self._active.gradient(self.u) * self.body.f0
-            test = ufl.TestFunction(self.activation.function_space)
-            self._fibre_stretch = compile_form(ufl.sqrt(ufl.dot(along, along)) * test * self._dx)
-        return assemble_nodal(self._fibre_stretch) / self._nodal_weight
+        """Stretch of the fibre, |F f0|, at the nodes of ``activation``, means over the cells around each."""
+        along = self._active.gradient(self.u) * self.body.f0
+        return self._nodal.mean("fibre stretch", lambda: ufl.sqrt(ufl.dot(along, along)))
 
     @property
     def yields(self) -> Yield:
@@ -231,13 +253,9 @@ class Mechanics:
     @property
     def volume_follows(self) -> bool:
         """Whether J follows γ at once, so that the balance of J v may lose its type."""
-        kinematics: Any = self.kinematics
         # A viscous line lags behind; where det Fe = 1, J is det Fo whatever the viscosity.
-        lags = self.relaxation_time > 0 and kinematics.tensor_dim == 1
-        # Nearly incompressible is near enough to J = 1.
-        nearly = getattr(kinematics, "bulk_modulus", None) is not None
-        free = not nearly or kinematics.constraint == "elastic"
-        return free and not self.deformation.isochoric and not lags and not self.held(np.inf)
+        lags = self.relaxation_time > 0 and self.kinematics.tensor_dim == 1
+        return self.kinematics.follows_activation and not lags and not self.held(np.inf)
 
     # Solving.
 
@@ -310,25 +328,29 @@ class Mechanics:
             if self._past_activation.values
             else np.zeros_like(self.activation.x.array)
         )
-        target, loads_before, loads = self.activation.x.array.copy(), self._past_loads, self.loads.at(time)
+        target, loads_before, loads = self.activation.x.array.copy(), self._past_loads, self.external.at(time)
 
         def jump(share: float) -> None:
             self.activation.x.array[:] = before + (target - before) * share if share < 1 else target
-            self.loads.put(loads_before + (loads - loads_before) * share)
+            self.external.put(loads_before + (loads - loads_before) * share)
             self.solver.solve()
             self._orientation.check()
 
         try:
             jump(1.0)
         except ComputationError:
+            self._orientation.check_active()
             self.solver.forget()
             self.u.x.array[:] = begin
             try:
                 follow(jump, self.u.x.array)
             except ComputationError:
                 self.activation.x.array[:] = target
-                self.loads.put(loads_before)
+                self.external.put(loads_before)
                 raise
+        self._imposed.value = 0.0
+        if self._balance is not None:
+            self._balance.check()
 
     def _set_rates(self, time: float, order: int) -> None:
         points = min(order, len(self.history.times))
@@ -349,6 +371,7 @@ class Mechanics:
             return (stretch[:, None] - 1) * (x[: self.body.dim] - low[:, None])
 
         (self.u.sub(0) if self.kinematics.has_pressure else self.u).interpolate(homogeneous)
+        self._imposed.value = 1.0
         self._set_pressure()
 
     def _set_pressure(self) -> None:
@@ -356,8 +379,11 @@ class Mechanics:
         for constant in self._rates:
             constant.value = 0.0
         if self.kinematics.has_pressure:
+            stress, dim = self._active.cauchy_without_pressure(self.u, self.activation), self.body.dim
             pressure = fem.Function(self.activation.function_space)
-            pressure.x.array[:] = assemble_nodal(self._mean_stress) / self._nodal_weight
+            pressure.x.array[:] = self._nodal.mean(
+                "mean stress", lambda: sum(stress[i, i] for i in range(dim)) / dim
+            )
             self.u.sub(1).interpolate(pressure)
 
     def state(self) -> State:
@@ -368,6 +394,7 @@ class Mechanics:
             "past_activation": self._past_activation.state(),
             "solver": self.solver.state(),
             "loads": self._past_loads.tolist(),
+            "imposed": [float(self._imposed.value), float(self._handed_imposed.value)],
             "rates": [float(constant.value) for constant in self._rates],
             "seconds": self.seconds,
         }
@@ -379,8 +406,9 @@ class Mechanics:
             field.put(function)
         for constant, value in zip(self._rates, state["rates"], strict=True):
             constant.value = value
+        self._imposed.value, self._handed_imposed.value = state["imposed"]
         self._past_loads = np.array(state["loads"])
-        self.loads.put(self._past_loads)
+        self.external.put(self._past_loads)
         self.history.restore(state["history"])
         self._past_activation.restore(state["past_activation"])
         self.seconds = state["seconds"]
@@ -391,7 +419,7 @@ class Mechanics:
 
     def accept(self, time: float) -> None:
         """Take the present configuration as the one at ``time``."""
-        self._past_loads = self.loads.at(time)
+        self._past_loads = self.external.at(time)
         self.history.push(time)
         self._past_activation.push(time)
 
@@ -410,6 +438,7 @@ class Mechanics:
         """
         self.history.extrapolate(time, order, self.handed.x.array)
         self._past_activation.extrapolate(time, order, self._handed_activation.x.array)
+        self._handed_imposed.value = self._imposed.value
 
     def lag(self, time: float, order: int) -> float:
         """Largest difference between the displacement found for ``time`` and the one handed over for it.
@@ -430,6 +459,7 @@ class Mechanics:
         """Write the present configuration, accepted or not, into ``handed``."""
         self.handed.x.array[:] = self.u.x.array
         self._handed_activation.x.array[:] = self.activation.x.array
+        self._handed_imposed.value = self._imposed.value
 
     def displacement(self) -> fem.Function:
         """The displacement at the mesh's nodes, a P1 vector function."""

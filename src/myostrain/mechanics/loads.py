@@ -1,135 +1,95 @@
-"""What acts on a body from outside: elastic supports, follower pressures, body forces."""
+"""What pushes and pulls a body: follower pressures, dead tractions, body forces."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Annotated, Any
 
-from myostrain.course import Course, check_course, value_at
-from myostrain.engine import fem
+from myostrain.course import Course
 from myostrain.errors import InputError
-from myostrain.geometry import Body
-from myostrain.mechanics.active_body import ActiveBody
+from myostrain.validation import Finite, check_fields
 
 import numpy as np
 import numpy.typing as npt
-import ufl
+from pydantic import AfterValidator
+
+Vector = tuple[Finite, ...]
 
 
+def _ascending(course: Any) -> Any:
+    """Refuse points that are no function of time, or vectors of several lengths."""
+    if course and isinstance(course[0], tuple):
+        if any(later[0] <= earlier[0] for earlier, later in pairwise(course)):
+            raise ValueError("give points [time, vector] with ascending times")
+        if len({len(vector) for _, vector in course}) > 1:
+            raise ValueError("give vectors of one length")
+    return course
+
+
+VectorCourse = Annotated[Vector | tuple[tuple[Finite, Vector], ...], AfterValidator(_ascending)]
+"""A vector over simulated time: its components, or points (time, vector) joined by straight lines."""
+
+
+@dataclass(frozen=True)
 class Loads:
-    """The outside's part of the balance of forces, and its values over time.
-
-    A follower pressure p pushes with −p J F⁻ᵀ N per reference area, N the outward normal: its tangent is not
-    symmetric in general. An elastic support pulls with −k u, or, if it resists along the normal only, with
-    −k (u·N) N.
+    """What pushes and pulls a body.
 
     Args:
-        body: The reference body.
-        active: The equations of the body.
-        u: The unknown.
-        a: The activation.
-        degree: Polynomial degree of the displacement.
-        pressure: Pressures over time by named part of the boundary, positive towards the body.
-        robin: Stiffness k of the elastic support: on ``robin_boundary``, or by named part; zero or more.
-        robin_boundary: Named parts that a single ``robin`` acts on; all of the boundary unless given.
-        robin_normal: Stiffness along the normal by named part.
-        body_force: Dead load per reference volume, a UFL vector; None for none.
-
-    Attributes:
-        residual: UFL form, to be added to that of the body; zero where nothing acts.
-        symmetric: Whether its derivative is symmetric.
+        pressure: Follower pressure by named part, positive towards the body: P N = −p J F⁻ᵀ N. A number, or
+            points (time, value) joined by straight lines.
+        traction: Dead load by named part, per reference area: P N = t, a vector of the mesh's dimension
+            (1 to 3), or points (time, vector).
+        body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
 
     Raises:
-        InputError: An unknown part, a stiffness that is none, or points that are no function of time.
+        InputError: A value does not fit its type.
     """
 
-    def __init__(
-        self,
-        body: Body,
-        active: ActiveBody,
-        u: fem.Function,
-        a: fem.Function,
-        degree: int,
-        *,
-        pressure: Mapping[str, Course] | None,
-        robin: float | Mapping[str, float],
-        robin_boundary: Sequence[str] | None,
-        robin_normal: Mapping[str, float] | None,
-        body_force: Any,
-    ) -> None:
-        mesh, w = body.mesh, active.displacement(u)
-        normal = ufl.FacetNormal(mesh)
-        self.residual: Any = 0
-        if robin_boundary is not None:
-            body.boundary_facets(robin_boundary, "mechanics.robin_boundary")
-        #: Elastic supports: the parts, and whether they resist along the normal only.
-        self.supports: list[tuple[Sequence[str] | None, bool]] = []
-        for parts, stiffness, along, key in _springs(robin, robin_boundary, robin_normal or {}):
-            if not 0 <= stiffness < np.inf:
-                raise InputError(f"{stiffness} is no stiffness: give zero or a positive number", key)
-            if stiffness == 0:
-                if parts is not None:
-                    body.boundary_facets(parts, key)
-                continue
-            k = fem.Constant(mesh, float(stiffness))
-            ds = body.boundary_measure(parts, 2 * degree, key)
-            square = ufl.dot(w, normal) ** 2 if along else ufl.inner(w, w)
-            self.residual += ufl.derivative(k / 2 * square * ds, u)
-            self.supports.append((parts, along))
-        self._courses = dict(pressure or {})
-        self._pressures = [fem.Constant(mesh, 0.0) for _ in self._courses]
-        for (part, course), p in zip(self._courses.items(), self._pressures, strict=True):
-            key = f"mechanics.pressure.{part}"
-            check_course(course, key)
-            ds = body.boundary_measure([part], 2 * degree, key)
-            F = active.lifted(u, a)
-            lifted = ufl.as_vector(
-                [*(normal[i] for i in range(body.dim)), *([0] * (F.ufl_shape[0] - body.dim))]
-            )
-            area = ufl.det(F) * ufl.inv(F).T * lifted
-            test = ufl.derivative(w, u)
-            self.residual += p * sum(area[i] * test[i] for i in range(body.dim)) * ds
-        if body_force is not None:
-            dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
-            self.residual -= ufl.derivative(ufl.dot(body_force, w) * dx, u)
-        self.symmetric = not self._courses
+    pressure: Mapping[str, Course] = field(default_factory=dict)
+    traction: Mapping[str, VectorCourse] = field(default_factory=dict)
+    body_force: Any = None
 
-    @property
-    def constants(self) -> list[fem.Constant]:
-        """What the tangent depends on."""
-        return self._pressures
+    def __post_init__(self) -> None:
+        """Check the values."""
+        check_fields(self, "mechanics")
 
-    def at(self, time: float) -> npt.NDArray[np.float64]:
-        """The pressures at a time, in the order of the parts given."""
-        return np.array([value_at(course, time) for course in self._courses.values()])
+    def check_dimension(self, dim: int) -> None:
+        """Refuse vectors of another dimension than that of a mesh.
 
-    def put(self, values: npt.NDArray[np.float64]) -> None:
-        """Let these pressures act."""
-        for constant, value in zip(self._pressures, values, strict=True):
-            constant.value = value
-
-    def pressures(self) -> dict[str, float]:
-        """The pressures that act, by named part."""
-        return {part: float(p.value) for part, p in zip(self._courses, self._pressures, strict=True)}
+        Raises:
+            InputError: There is one.
+        """
+        for part, course in self.traction.items():
+            points: Any = course
+            vectors = [vector for _, vector in points] if _timed(course) else [course]
+            if not vectors or any(len(vector) != dim for vector in vectors):
+                raise InputError(
+                    f"give {dim} numbers, such as {[0.1] * dim}, or points [time, {[0.1] * dim}], not "
+                    f"{list(course)}",
+                    f"mechanics.traction.{part}",
+                )
+        if self.body_force is not None and getattr(self.body_force, "ufl_shape", None) != (dim,):
+            raise InputError(f"give a UFL vector of {dim} components", "mechanics.body_force")
 
 
-def _springs(
-    robin: float | Mapping[str, float],
-    robin_boundary: Sequence[str] | None,
-    robin_normal: Mapping[str, float],
-) -> Iterator[tuple[Sequence[str] | None, float, bool, str]]:
-    """Parts, stiffness, whether along the normal only, and key of each elastic support."""
-    key = "mechanics.robin_boundary"
-    if isinstance(robin, Mapping):
-        if robin_boundary is not None:
-            raise InputError("robin names its parts itself; leave this key out", key)
-        for part, stiffness in robin.items():
-            yield [part], stiffness, False, f"mechanics.robin.{part}"
-    else:
-        if robin_boundary is not None and not (len(robin_boundary) and robin > 0):
-            raise InputError(
-                f"{list(robin_boundary)} has no effect: name parts and give robin > 0, or leave it out", key
-            )
-        yield robin_boundary, robin, False, "mechanics.robin" if robin_boundary is None else key
-    for part, stiffness in robin_normal.items():
-        yield [part], stiffness, True, f"mechanics.robin_normal.{part}"
+def _timed(course: Any) -> bool:
+    """Whether a vector is given by points over time."""
+    return bool(course) and isinstance(course[0], tuple)
+
+
+def vector_at(course: VectorCourse, time: float) -> npt.NDArray[np.float64]:
+    """The vector at a time; before the first point and after the last one it is theirs."""
+    if not _timed(course):
+        return np.array(course, dtype=float)
+    points: Any = course
+    times, vectors = zip(*points, strict=True)
+    return np.array([np.interp(time, times, component) for component in zip(*vectors, strict=True)])
+
+
+def times_of(loads: Loads) -> list[float]:
+    """The times at which loads are given; zero where they are constant."""
+    courses = [*loads.pressure.values(), *loads.traction.values()]
+    timed: list[Any] = [course for course in courses if isinstance(course, tuple) and _timed(course)]
+    return sorted({point[0] for course in timed for point in course}) or [0.0]

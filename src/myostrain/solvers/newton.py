@@ -53,8 +53,9 @@ class ChordNewton:
 
     Args:
         residual: UFL form, linear in a test function.
-        unknown: The unknown, updated in place; it satisfies the conditions ``bcs`` already.
-        bcs: Conditions, homogeneous for the corrections.
+        unknown: The unknown, updated in place.
+        bcs: Conditions, homogeneous for the corrections: the unknown keeps its values there.
+        moving: Conditions besides, whose values may change between solves; the unknown is moved to them.
         measured: Owned degrees of freedom in which corrections are measured; None for all of them.
         tolerance: Estimated largest error of the measured unknowns at which to stop, in their unit.
         name: Section of a case file that reaches the linear solver's options.
@@ -65,6 +66,7 @@ class ChordNewton:
         depends_on: Functions and constants, beside the unknown, that the tangent depends on.
         refresh: Contraction above which the tangent is renewed.
         max_iterations: Corrections that a solve may take.
+        advice: What to try where it does not converge.
     """
 
     def __init__(
@@ -73,6 +75,7 @@ class ChordNewton:
         unknown: fem.Function,
         bcs: Sequence[fem.DirichletBC],
         *,
+        moving: Sequence[fem.DirichletBC] = (),
         measured: npt.NDArray[np.int32] | None = None,
         tolerance: float = 1e-9,
         name: str = "mechanics",
@@ -83,12 +86,14 @@ class ChordNewton:
         depends_on: Sequence[Any] = (),
         refresh: float = 0.3,
         max_iterations: int = 60,
+        advice: str = "a smaller time step.",
     ) -> None:
+        self._advice = advice
         self.counters = Counters()
         self.tolerance = tolerance
         space = unknown.function_space
         self._comm = lasting(space.mesh.comm)
-        self._unknown, self._bcs = unknown, list(bcs)
+        self._unknown, self._bcs, self._moving = unknown, [*bcs, *moving], list(moving)
         self._owned = owned_dofs(space)
         self._measured = slice(0, self._owned) if measured is None else measured
         self._name, self._refresh, self._max = name, refresh, max_iterations
@@ -97,7 +102,7 @@ class ChordNewton:
         self._tangent = compile_form(tangent)
         self._matrix = fem_petsc.create_matrix(self._tangent)
         self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, symmetric)
-        self._b, self._dx = fem.Function(space), fem.Function(space)
+        self._b, self._dx, self._lift = fem.Function(space), fem.Function(space), fem.Function(space)
         dofs = [bc.dof_indices()[0] for bc in self._bcs]
         self._fixed = np.unique(np.concatenate(dofs)) if dofs else np.zeros(0, dtype=np.int32)
         solid, unknowns = space.mesh.geometry.dim == 3, global_dofs(space)
@@ -124,7 +129,7 @@ class ChordNewton:
 
     def forget(self) -> None:
         """Drop the factorization: the next solve begins with a fresh tangent."""
-        self._ready, self._rate = False, math.inf
+        self._ready, self._rate, self._first, self._unchecked = False, math.inf, 0.0, 0
 
     @contextmanager
     def direct_solver(self) -> Iterator[None]:
@@ -190,14 +195,39 @@ class ChordNewton:
         self._assemble()
         return largest(self._b.x.array[: self._owned], self._comm)
 
-    def _assemble(self) -> None:
+    def forces(self) -> npt.NDArray[np.float64]:
+        """The residual at the present state, also where conditions hold: there it is what they bear."""
+        self._assemble_residual()
+        self._b.x.scatter_forward()
+        return self._b.x.array.copy()
+
+    def _assemble_residual(self) -> None:
         b = self._b.x
         b.array[:] = 0.0
         fem.assemble_vector(b.array, self._residual)
         if self._comm.size > 1:
             b.scatter_reverse(InsertMode.add)
+
+    def _assemble(self) -> None:
+        b, x = self._b.x, self._unknown.x.array
+        self._assemble_residual()
         b.array[self._fixed] = 0.0
         self.counters.assemblies += 1
+        if not self._moving:
+            return
+        # How far the unknown is from the values of these conditions: the correction takes it there, and the
+        # tangent says what that does to the others.
+        away = np.zeros_like(b.array)
+        for condition in self._moving:
+            condition.set(away, x, -1.0)
+        if largest(away, self._comm) > 1e-3 * self.tolerance:
+            lifting = self._lift.x
+            lifting.array[:] = 0.0
+            fem.apply_lifting(lifting.array, [self._tangent], [self._moving], [x], -1.0)
+            if self._comm.size > 1:
+                lifting.scatter_reverse(InsertMode.add)
+            b.array[:] += lifting.array
+            b.array[self._fixed] = away[self._fixed]
 
     def _assemble_matrix(self, matrix: PETSc.Mat, form: fem.Form) -> None:
         matrix.zeroEntries()
@@ -339,5 +369,5 @@ class ChordNewton:
             f"(last correction {size:.3g}, wanted {self.tolerance:.3g}; the largest residual is near "
             f"{where})",
             where=where,
-            advice="a smaller time step, a smaller activation or load.",
+            advice=self._advice,
         )

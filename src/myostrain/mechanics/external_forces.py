@@ -1,0 +1,128 @@
+"""Loads and elastic supports in the balance of forces, and their values over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from myostrain.course import value_at
+from myostrain.engine import fem
+from myostrain.geometry import Body
+from myostrain.mechanics.active_body import ActiveBody
+from myostrain.mechanics.edge import thickness_factor
+from myostrain.mechanics.loads import Loads, vector_at
+from myostrain.mechanics.supports import Hold, Supports
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+
+Array = npt.NDArray[np.float64]
+
+
+class ExternalForces:
+    """The outside's part of the balance of forces, and its values over time.
+
+    A follower pressure p pushes with −p J F⁻ᵀ N per reference area, N the outward normal: its tangent is not
+    symmetric in general. An elastic support pulls with −k u, or, if it resists along the normal only, with
+    −k (u·N) N. Prescribed displacements go over time as the loads do.
+
+    Args:
+        body: The reference body.
+        active: The equations of the body.
+        u: The unknown.
+        a: The activation.
+        supports: What holds the body; its springs act here.
+        loads: What pushes and pulls it.
+        holds: Components of the displacement that are held.
+        viscous: Whether the body is.
+
+    Attributes:
+        residual: UFL form, to be added to that of the body; zero where nothing acts.
+        symmetric: Whether its derivative is symmetric.
+        springs: Stiffness, the parts (None for all), and whether along the normal only, of elastic supports.
+
+    Raises:
+        InputError: An unknown part, or a vector of another dimension.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        active: ActiveBody,
+        u: fem.Function,
+        a: fem.Function,
+        supports: Supports,
+        loads: Loads,
+        holds: Sequence[Hold],
+        viscous: bool,
+    ) -> None:
+        kinematics, degree = active.kinematics, active.kinematics.degree
+        mesh, w = body.mesh, active.displacement(u)
+        normal, test = ufl.FacetNormal(mesh), ufl.derivative(w, u)
+        loads.check_dimension(body.dim)
+        self.residual: Any = 0
+        if supports.robin_boundary is not None:
+            body.boundary_facets(supports.robin_boundary, "mechanics.robin_boundary")
+        self.springs: list[tuple[fem.Constant, Sequence[str] | None, bool]] = []
+        for parts, stiffness, along, key in supports.springs():
+            ds = body.boundary_measure(parts, 2 * degree, key)
+            if stiffness == 0:
+                continue
+            k = fem.Constant(mesh, float(stiffness))
+            square = ufl.dot(w, normal) ** 2 if along else ufl.inner(w, w)
+            self.residual += ufl.derivative(k / 2 * square * ds, u)
+            self.springs.append((k, parts, along))
+        #: What changes over time: a constant of a form or condition, and its value at a time.
+        self._courses: list[tuple[fem.Constant, Callable[[float], Any]]] = []
+        tractions = {}
+        for part, vector in loads.traction.items():
+            ds = body.boundary_measure([part], 2 * degree, f"mechanics.traction.{part}")
+            t = tractions[part] = fem.Constant(mesh, np.zeros(body.dim))
+            self._courses.append((t, lambda time, course=vector: vector_at(course, time)))  # type: ignore[misc]
+            self.residual -= ufl.dot(t, test) * ds
+        self._pressures: dict[str, fem.Constant] = {}
+        for part, course in loads.pressure.items():
+            ds = body.boundary_measure([part], 2 * degree, f"mechanics.pressure.{part}")
+            p = self._pressures[part] = fem.Constant(mesh, 0.0)
+            self._courses.append((p, lambda time, course=course: value_at(course, time)))  # type: ignore[misc]
+            F = active.lifted(u, a)
+            lifted = ufl.as_vector(
+                [*(normal[i] for i in range(body.dim)), *([0] * (F.ufl_shape[0] - body.dim))]
+            )
+            area = ufl.det(F) * ufl.inv(F).T * lifted
+            if kinematics.free_thickness and not viscous and part not in {hold.part for hold in holds}:
+                others = tractions.get(part, ufl.as_vector([0.0] * body.dim))
+                for k, parts, along in self.springs:
+                    if parts is None or part in parts:
+                        others -= k * (ufl.dot(w, normal) * normal if along else w)
+                area *= thickness_factor(active, u, a, normal, p, others)
+            self.residual += p * sum(area[i] * test[i] for i in range(body.dim)) * ds
+        if loads.body_force is not None:
+            dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
+            self.residual -= ufl.dot(loads.body_force, test) * dx
+        for hold in holds:
+            if hold.course is not None:
+                self._courses.append(
+                    (hold.value, lambda time, course=hold.course: value_at(course, time))  # type: ignore[misc]
+                )
+        self.symmetric = not self._pressures
+
+    @property
+    def constants(self) -> list[fem.Constant]:
+        """What the tangent depends on."""
+        return list(self._pressures.values())
+
+    def at(self, time: float) -> Array:
+        """Loads and prescribed displacements at a time, one after the other."""
+        return np.concatenate([np.zeros(0), *(np.atleast_1d(value(time)) for _, value in self._courses)])
+
+    def put(self, values: Array) -> None:
+        """Let these act."""
+        for constant, _ in self._courses:
+            part, values = np.split(values, [constant.value.size])
+            constant.value = part.reshape(constant.value.shape)
+
+    def pressures(self) -> dict[str, float]:
+        """The pressures that act, by named part."""
+        return {part: float(p.value) for part, p in self._pressures.items()}
