@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import logging
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -12,7 +11,7 @@ from typing import Any
 
 from myostrain import geometry, kinematics
 from myostrain.activation import FibreTension
-from myostrain.case import size_estimate
+from myostrain.case import building
 from myostrain.case.overrides import override
 from myostrain.case.parsing import (
     make,
@@ -43,15 +42,12 @@ from myostrain.case.sections import (
     UnitsSection,
 )
 from myostrain.coupling import Electromechanics
-from myostrain.course import missed_peaks
-from myostrain.electrics import Drive, GivenPotential, InitialValues, Potential, Stimulus
+from myostrain.electrics import Drive, InitialValues, Stimulus
 from myostrain.engine import MPI
 from myostrain.errors import InputError, dotted, nearest, shown
-from myostrain.mechanics import ImposedStretch, Loads, Mechanics, Supports
+from myostrain.mechanics import ImposedStretch
 from myostrain.run.simulation import Simulation
 from myostrain.schemes import Implicit
-
-log = logging.getLogger("myostrain")
 
 #: Bytes of a case file at most: a larger one is something else.
 MAX_FILE = 1_000_000
@@ -263,72 +259,7 @@ class Case:
         Raises:
             InputError: What only shows on the mesh: a boundary that is not there, a bump without a node, ...
         """
-        body = geometry.build(self.geometry, self.fibres, comm)
-        mechanics = Mechanics(
-            body,
-            kinematics=self.kinematics,
-            material=self.material,
-            active=self.active,
-            supports=Supports(
-                fixed=self.mechanics.fixed,
-                sliding=self.mechanics.sliding,
-                displacement=self.mechanics.displacement or {},
-                robin=self.mechanics.robin,
-                robin_boundary=self.mechanics.robin_boundary,
-                robin_normal=self.mechanics.robin_normal or {},
-            ),
-            loads=Loads(pressure=self.mechanics.pressure or {}, traction=self.mechanics.traction or {}),
-            relaxation_time=self.mechanics.relaxation_time,
-            imposed_stretch=self.mechanics.imposed_stretch,
-            tolerance=self.mechanics.tolerance,
-            options=self.solver.get("mechanics"),
-        )
-        coupled = dict(law=self.law, scheme=self.scheme, activity=self._activity(body))
-        if self.drive is not None:
-            given: Any = GivenPotential(body, self.drive)
-            return Electromechanics(given, mechanics, **coupled)
-        potential = Potential(
-            body,
-            membrane=self.cell,
-            diffusivity=self.potential.diffusivity,
-            balance=self.potential.balance,
-            mass=self.potential.mass,
-            deformation=mechanics.deformation,
-            initial=self.initial,
-            stimuli=self.stimuli,
-            options=self.solver.get("potential"),
-        )
-        return Electromechanics(potential, mechanics, **coupled)
-
-    def _activity(self, body: geometry.Body) -> Any:
-        ends = self.transmural.transmural
-        if ends is None:
-            return 1.0
-        return geometry.transmural(body, ends, self.transmural.transmural_between)
-
-    def _warn_of_missed_peaks(self, step: float) -> None:
-        """Warn of peaks in time that lie between two steps, where nothing sees them."""
-        courses = {f"mechanics.pressure.{k}": c for k, c in (self.mechanics.pressure or {}).items()}
-        if self.drive is not None:
-            courses["drive.potential"] = self.drive.potential
-        for key, course in courses.items():
-            for time, value in missed_peaks(course, step, self.time.end):
-                log.warning(
-                    "%s: its peak %g at t = %g lies between two steps of %g and is not reached; take steps "
-                    "that hit it",
-                    key,
-                    value,
-                    time,
-                    step,
-                )
-
-    def _files(self) -> dict[str, tuple[Path, ...]]:
-        """The files that the case is from, by the key that names them."""
-        parts = {"geometry.path": self.geometry, "fibres.path": self.fibres}
-        found = {key: part.files for key, part in parts.items() if hasattr(part, "files")}
-        if self.drive is not None and self.drive.path is not None:
-            found["drive.path"] = (self.drive.path,)
-        return found
+        return building.model(self, comm)
 
     def simulation(
         self,
@@ -342,29 +273,7 @@ class Case:
         Raises:
             InputError: It would not fit into memory or on the disk, or see :meth:`build`.
         """
-        import time
-
-        begin = time.perf_counter()
-        size_estimate.check(self, out, comm)
-        model = self.build(comm)
-        simulation = Simulation(
-            model,
-            step=self.time.step,
-            end=self.time.end,
-            out=out,
-            probes=self.probes,
-            every=None if self.output.every is None else min(self.output.every, self.time.end),
-            fields=self.output.fields,
-            checkpoint_every=self.output.checkpoint_every,
-            checkpoint_seconds=self.output.checkpoint_seconds,
-            ellipticity=self.mechanics.ellipticity,
-            force=force,
-            resume=resume,
-            case={"name": self.name, "parameters": self.parameters, "files": self._files()},
-            setup_seconds=time.perf_counter() - begin,
-        )
-        self._warn_of_missed_peaks(simulation.step)
-        return simulation
+        return building.simulation(self, comm, out, force, resume)
 
 
 def _check_units(units: UnitsSection, membrane: Any) -> None:

@@ -1,0 +1,134 @@
+"""The objects that run, from the descriptions of a case."""
+
+from __future__ import annotations
+
+import logging
+import time
+from pathlib import Path
+from typing import Any
+
+from myostrain import geometry
+from myostrain.case import size_estimate
+from myostrain.coupling import Electromechanics
+from myostrain.course import missed_peaks
+from myostrain.electrics import GivenPotential, Potential
+from myostrain.mechanics import Loads, Mechanics, Supports
+from myostrain.run.simulation import Simulation
+
+log = logging.getLogger("myostrain")
+
+
+def model(case: Any, comm: Any) -> Electromechanics:
+    """Make the coupled problem of a case, with the initial values set.
+
+    Args:
+        case: A :class:`~myostrain.Case`.
+        comm: MPI communicator.
+
+    Raises:
+        InputError: What only shows on the mesh.
+    """
+    body = geometry.build(case.geometry, case.fibres, comm)
+    mechanics = Mechanics(
+        body,
+        kinematics=case.kinematics,
+        material=case.material,
+        active=case.active,
+        supports=Supports(
+            fixed=case.mechanics.fixed,
+            sliding=case.mechanics.sliding,
+            displacement=case.mechanics.displacement or {},
+            robin=case.mechanics.robin,
+            robin_boundary=case.mechanics.robin_boundary,
+            robin_normal=case.mechanics.robin_normal or {},
+        ),
+        loads=Loads(pressure=case.mechanics.pressure or {}, traction=case.mechanics.traction or {}),
+        relaxation_time=case.mechanics.relaxation_time,
+        imposed_stretch=case.mechanics.imposed_stretch,
+        tolerance=case.mechanics.tolerance,
+        options=case.solver.get("mechanics"),
+    )
+    coupled = dict(law=case.law, scheme=case.scheme, activity=_activity(case, body))
+    if case.drive is not None:
+        given: Any = GivenPotential(body, case.drive)
+        return Electromechanics(given, mechanics, **coupled)
+    potential = Potential(
+        body,
+        membrane=case.cell,
+        diffusivity=case.potential.diffusivity,
+        balance=case.potential.balance,
+        mass=case.potential.mass,
+        deformation=mechanics.deformation,
+        initial=case.initial,
+        stimuli=case.stimuli,
+        options=case.solver.get("potential"),
+    )
+    return Electromechanics(potential, mechanics, **coupled)
+
+
+def _activity(case: Any, body: geometry.Body) -> Any:
+    ends = case.transmural.transmural
+    if ends is None:
+        return 1.0
+    return geometry.transmural(body, ends, case.transmural.transmural_between)
+
+
+def _warn_of_missed_peaks(case: Any, step: float) -> None:
+    """Warn of peaks in time that lie between two steps, where nothing sees them."""
+    courses = {f"mechanics.pressure.{k}": c for k, c in (case.mechanics.pressure or {}).items()}
+    if case.drive is not None:
+        courses["drive.potential"] = case.drive.potential
+    for key, course in courses.items():
+        for when, value in missed_peaks(course, step, case.time.end):
+            log.warning(
+                "%s: its peak %g at t = %g lies between two steps of %g and is not reached; take steps "
+                "that hit it",
+                key,
+                value,
+                when,
+                step,
+            )
+
+
+def _files(case: Any) -> dict[str, tuple[Path, ...]]:
+    """The files that the case is from, by the key that names them."""
+    parts = {"geometry.path": case.geometry, "fibres.path": case.fibres}
+    found = {key: part.files for key, part in parts.items() if hasattr(part, "files")}
+    if case.drive is not None and case.drive.path is not None:
+        found["drive.path"] = (case.drive.path,)
+    return found
+
+
+def simulation(case: Any, comm: Any, out: Path | None, force: bool, resume: bool) -> Simulation:
+    """Build the model of a case and the simulation that runs it.
+
+    Args:
+        case: A :class:`~myostrain.Case`.
+        comm: MPI communicator.
+        out: Result folder; None writes nothing.
+        force: Whether results of an earlier run in ``out`` may be removed.
+        resume: Whether to go on from the last checkpoint in ``out``.
+
+    Raises:
+        InputError: It would not fit into memory or on the disk, or see :func:`model`.
+    """
+    begin = time.perf_counter()
+    size_estimate.check(case, out, comm)
+    made = Simulation(
+        model(case, comm),
+        step=case.time.step,
+        end=case.time.end,
+        out=out,
+        probes=case.probes,
+        every=None if case.output.every is None else min(case.output.every, case.time.end),
+        fields=case.output.fields,
+        checkpoint_every=case.output.checkpoint_every,
+        checkpoint_seconds=case.output.checkpoint_seconds,
+        ellipticity=case.mechanics.ellipticity,
+        force=force,
+        resume=resume,
+        case={"name": case.name, "parameters": case.parameters, "files": _files(case)},
+        setup_seconds=time.perf_counter() - begin,
+    )
+    _warn_of_missed_peaks(case, made.step)
+    return made
