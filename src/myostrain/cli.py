@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import logging
 import math
 import os
@@ -153,11 +154,12 @@ def _resumed(asked: Case | None, out: Path | None, overrides: list[str], *, forc
     """
     from myostrain.case.case import Case
     from myostrain.case.running import goes_on, pictures_missing
-    from myostrain.output.folder import load_results
+    from myostrain.output.folder import check_path, load_results
     from myostrain.run.resume import differences, fixed, said
 
     if out is None or (asked is None and force):
         raise InputError("goes with --out DIR, and without --force", "--resume")
+    check_path(out, "--out")
     kept = out / "case.toml"
     if not kept.is_file():
         if asked is None:
@@ -217,7 +219,9 @@ def doctor() -> None:
 def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")]) -> None:
     """Draw the pictures of a result folder again."""
     from myostrain.output.figures.draw import draw
+    from myostrain.output.folder import check_path
 
+    check_path(folder, "DIR")
     with _warnings_shown(True):
         for path in draw(folder):
             typer.echo(str(path))
@@ -312,6 +316,9 @@ def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
 def main() -> NoReturn:
     """Run the command line: 0 done, 2 wrong input, 3 failed computation, 128 + n ended by signal n."""
     signal.signal(signal.SIGTERM, _terminate)
+    for stream in (sys.stdout, sys.stderr):  # a terminal without our letters gets their codes
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
         _check_encoding(sys.argv[1:])
         stopped = app(standalone_mode=False)

@@ -1,11 +1,15 @@
 """Where results go: nothing is overwritten that was not asked for, and nothing foreign ever."""
 
 import contextlib
+import fcntl
 import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 from myostrain import Case, InputError, run_case
+from myostrain.kernel_cache import claim_cache
 from myostrain.output.folder import free_name, prepare, write_json
 
 import pytest
@@ -198,6 +202,45 @@ def test_folder_that_cannot_be_written(tmp_path):
         with pytest.raises(InputError, match=f"--out: .*{words}"):
             prepare(tmp_path / path, force=True, comm=ALONE)
     assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "command", [("run", "LINE"), ("run", "LINE", "--resume"), ("run", "--resume"), ("plot",)]
+)
+@pytest.mark.parametrize("kind", ["long", "loop"])
+def test_names_that_cannot_be_folders(tmp_path, command, kind):
+    """A name of 300 characters, links in a circle: one message, exit status 2."""
+    name = tmp_path / ("x" * 300 if kind == "long" else "loop")
+    if kind == "loop":
+        name.symlink_to(name)
+    words = [write_case(tmp_path / "mine.toml", LINE) if word == "LINE" else word for word in command]
+    done = command_line(*words, *(() if command == ("plot",) else ("--out",)), name)
+    assert (done.status, "cannot be used" in done.err) == (2, True), done.err
+    assert done.err.count("\n") == 1
+
+
+def test_kernels_in_a_folder_that_cannot_be_written(tmp_path):
+    """The message says which, and how to name another."""
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"file/kernels cannot be written .* XDG_CACHE_HOME"):
+        claim_cache(tmp_path / "file" / "kernels")
+
+
+def test_what_a_killed_compiler_left_is_removed_when_nobody_compiles(tmp_path):
+    """FFCx would wait for it for ever: a C file without the one that says that its library is done."""
+    for name in ("libffcx_forms_a.c", "libffcx_forms_b.c", "libffcx_forms_b.c.cached", "mine.c"):
+        (tmp_path / name).touch()
+    with (tmp_path / ".in-use").open("w") as other:
+        fcntl.flock(other, fcntl.LOCK_SH)
+        claim_cache(tmp_path)
+        assert (tmp_path / "libffcx_forms_a.c").exists()
+    # The lock that this process took above is kept until it ends: another folder for another process.
+    copy = shutil.copytree(tmp_path, tmp_path / "copy")
+    script = "import sys; from pathlib import Path; from myostrain.kernel_cache import claim_cache; "
+    script += "claim_cache(Path(sys.argv[1]))"
+    subprocess.run([sys.executable, "-c", script, copy], check=True)
+    left = {path.name for path in copy.iterdir()}
+    assert left == {".in-use", "libffcx_forms_b.c", "libffcx_forms_b.c.cached", "mine.c"}
 
 
 def test_new_and_empty_folders_are_taken(tmp_path):

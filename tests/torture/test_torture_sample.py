@@ -29,8 +29,8 @@ def survived(row: Row, faults: int) -> None:
 
 
 def test_killed_at_any_moment_a_resumed_run_ends_with_the_same_result(campaign):
-    """SIGKILL in start-up, stepping, output, checkpoint writing and at the end."""
-    survived(campaign.kills(LINE, 6), 6)
+    """SIGKILL in start-up, setting up, stepping, output, checkpoint writing, at the end and while drawing."""
+    survived(campaign.kills(LINE, 7), 7)
 
 
 def test_interrupted_it_leaves_a_checkpoint(campaign):

@@ -13,7 +13,7 @@ from myostrain.case.case import Case
 from myostrain.engine import MPI
 from myostrain.errors import InputError
 from myostrain.output import published
-from myostrain.output.folder import load_results, on_first, write_atomically, write_json, writing
+from myostrain.output.folder import check_path, load_results, on_first, write_atomically, write_json, writing
 from myostrain.output.lock import FolderLock
 from myostrain.output.log import RunLog, log_end, log_start
 from myostrain.output.manifest import claim
@@ -63,6 +63,7 @@ def run_case(
         Interrupted: A signal ended it after a checkpoint.
     """
     out = Path(out)
+    check_path(out, "--out")
     if resume and (ended := _ended(out, comm)) and not goes_on(case, ended):
         _draw(out, comm, wanted=figures and pictures_missing(out), draw=draw)
         return ended

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from myostrain.errors import ComputationError, InputError
+from myostrain.errors import ComputationError, InputError, shown
 from myostrain.output import manifest
 from myostrain.output.lock import FolderLock
 
@@ -79,6 +79,21 @@ def _prepare(path: Path, force: bool, resume: bool) -> FolderLock:
         lock.release()
         raise
     return lock
+
+
+def check_path(path: Path, key: str) -> None:
+    """Refuse a path that cannot be looked at: too long, in a loop of links, in a closed folder.
+
+    Raises:
+        InputError: It is one.
+    """
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"{shown(str(path))} cannot be used: {why}; name another", key) from error
 
 
 def free_name(base: Path) -> Path:
