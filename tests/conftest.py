@@ -8,24 +8,31 @@ from pathlib import Path
 
 import pytest
 
+# There may be fewer cores than processes: who waits lets others work.
+os.environ.setdefault("MPIR_CVAR_ENABLE_HEAVY_YIELD", "1")
+
 MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
 
 
 @pytest.fixture(scope="session")
-def on_processes():
-    """Run a Python program on so many processes; what it printed. One that hangs is an error."""
+def mpiexec():
+    """What starts programs on several processes."""
     if MPIEXEC is None:
         pytest.skip("there is no mpiexec beside this Python or on the path")
+    return MPIEXEC
+
+
+@pytest.fixture(scope="session")
+def on_processes(mpiexec):
+    """Run a Python program on so many processes; what it printed. One that hangs is an error."""
 
     def run(number, program, *arguments, timeout=600):
         done = subprocess.run(
-            [MPIEXEC, "-n", str(number), sys.executable, "-c", program, *map(str, arguments)],
+            [mpiexec, "-n", str(number), sys.executable, "-c", program, *map(str, arguments)],
             capture_output=True,
             text=True,
             timeout=timeout,
             check=False,
-            # There may be fewer cores than processes: who waits lets others work.
-            env={**os.environ, "MPIR_CVAR_ENABLE_HEAVY_YIELD": "1"},
         )
         assert done.returncode == 0, done.stderr
         return done.stdout

@@ -2,9 +2,6 @@
 
 import json
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import myostrain as ms
 from myostrain import InputError
@@ -519,8 +516,6 @@ def test_picture(wall, tmp_path):
 
 # Processes.
 
-MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
-
 DRIVER = """
 import json, sys
 import myostrain as ms
@@ -558,19 +553,11 @@ if comm.rank == 0:
 
 
 @pytest.mark.mpi
-@pytest.mark.skipif(MPIEXEC is None, reason="there is no mpiexec beside this Python or on the path")
-def test_processes_do_not_matter(given, tmp_path):
+def test_processes_do_not_matter(on_processes, given, tmp_path):
     """design.md, Numbers: volumes, areas, qualities and moments of the fibres, on one and two processes."""
     shutil.copy(given / "body.msh", tmp_path)
-    for number in ("1", "2"):
-        done = subprocess.run(
-            [str(MPIEXEC), "-n", number, sys.executable, "-c", DRIVER, str(tmp_path)],
-            capture_output=True,
-            text=True,
-            timeout=200,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
+    for number in (1, 2):
+        on_processes(number, DRIVER, tmp_path)
     one, two = (json.loads((tmp_path / f"{n}.json").read_text()) for n in (1, 2))
     assert one.keys() == two.keys()
     for name, values in one.items():

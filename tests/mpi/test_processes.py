@@ -1,10 +1,6 @@
 """Two processes against one: the same numbers, one message, no hanging."""
 
 import json
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 from myostrain import Case, run_case
 from myostrain.case.running import load_results
@@ -16,14 +12,7 @@ import pytest
 from small_cases import ALONE, LINE, SHEET, changed, other_process, write_case
 from snapshot_files import check_vtx
 
-MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
-
-pytestmark = [
-    pytest.mark.mpi,
-    pytest.mark.skipif(MPIEXEC is None, reason="there is no mpiexec beside this Python or on the path"),
-]
-
-TWO = (str(MPIEXEC), "-n", "2")
+pytestmark = pytest.mark.mpi
 
 # The wave reaches the first two probes.
 PULSE = changed(
@@ -78,19 +67,18 @@ for file in map(Path, sys.argv[1:]):
 """
 
 
+@pytest.fixture
+def two(mpiexec):
+    """The launcher of two processes."""
+    return (mpiexec, "-n", "2")
+
+
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory):
+def runs(on_processes, tmp_path_factory):
     """The folder in which every case ran: one/NAME on one process, two/NAME on two."""
     folder = tmp_path_factory.mktemp("runs")
     files = [write_case(folder / f"{name}.toml", case) for name, case in CASES.items()]
-    done = subprocess.run(
-        [*TWO, sys.executable, "-c", DRIVER, *map(str, files)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    on_processes(2, DRIVER, *files)
     for file in files:
         run_case(Case.from_file(file), folder / "one" / file.stem, comm=ALONE, figures=False)
     return folder
@@ -149,10 +137,10 @@ def test_files_do_not_depend_on_the_processes(runs, name):
     ],
     ids=["key", "boundary", "probe", "solver"],
 )
-def test_one_message_and_no_hanging(tmp_path, case, changes, status, words):
+def test_one_message_and_no_hanging(two, tmp_path, case, changes, status, words):
     """interface.md, exit statuses: on two processes too, with one message."""
     file = write_case(tmp_path / "case.toml", changed(case, changes))
-    done = other_process("run", file, "--out", "out", launcher=TWO, cwd=tmp_path)
+    done = other_process("run", file, "--out", "out", launcher=two, cwd=tmp_path, timeout=200)
     assert done.status == status, done.err
     assert done.err.count("myostrain: ") == 1 + done.err.count("; trying ")
     assert words in done.err
@@ -163,10 +151,10 @@ def test_one_message_and_no_hanging(tmp_path, case, changes, status, words):
         assert not (tmp_path / "out" / "results.json").exists()
 
 
-def test_command_on_two_processes(tmp_path):
+def test_command_on_two_processes(two, tmp_path):
     """README: `mpiexec -n 2 myostrain run`; one report; with nothing to draw no process waits for ever."""
     file = write_case(tmp_path / "case.toml", changed(LINE, {"output.fields": []}))
-    done = other_process("run", file, "--out", "out", "--quiet", launcher=TWO, cwd=tmp_path, timeout=40)
+    done = other_process("run", file, "--out", "out", "--quiet", launcher=two, cwd=tmp_path, timeout=200)
     assert done.status == 0, done.err
     assert done.out.count("numbers in") == 1
     assert load_results(tmp_path / "out")["processes"] == 2

@@ -1,16 +1,10 @@
 """A file that the first process cannot write or read is a failure of all: one message, no hanging."""
 
 import json
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
 from small_cases import SHEET, write_case
-
-MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
 
 DRIVER = """
 import errno, json, sys
@@ -52,18 +46,10 @@ writer.close()
 
 
 @pytest.mark.mpi
-@pytest.mark.skipif(MPIEXEC is None, reason="there is no mpiexec beside this Python or on the path")
-def test_all_processes_learn_of_a_failure(tmp_path):
+def test_all_processes_learn_of_a_failure(on_processes, tmp_path):
     """folder.on_first: "every process learns of a failure"; reading for fields.bp is no different."""
     write_case(tmp_path / "sheet.toml", SHEET)
-    done = subprocess.run(
-        [str(MPIEXEC), "-n", "2", sys.executable, "-c", DRIVER, str(tmp_path)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    on_processes(2, DRIVER, tmp_path)
     one, two = (json.loads((tmp_path / f"{rank}.json").read_text()) for rank in (0, 1))
     assert one == two
     assert "frame-000000001.npz cannot be written: No space left on device Try: free space" in one[0]

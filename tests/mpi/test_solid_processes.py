@@ -1,19 +1,10 @@
 """Solids on two processes against one, by both solvers."""
 
 import json
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
-
-pytestmark = [
-    pytest.mark.mpi,
-    pytest.mark.skipif(MPIEXEC is None, reason="there is no mpiexec beside this Python or on the path"),
-]
+pytestmark = pytest.mark.mpi
 
 #: A slab contracts in two steps; positions of its corners, by each solver.
 DRIVER = """
@@ -53,17 +44,9 @@ if MPI.COMM_WORLD.rank == 0:
 """
 
 
-def run(*launcher):
-    done = subprocess.run(
-        [*launcher, sys.executable, "-c", DRIVER], capture_output=True, text=True, timeout=200, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.strip().splitlines()[-1])
-
-
-def test_solids_do_not_depend_on_processes_or_solver():
+def test_solids_do_not_depend_on_processes_or_solver(on_processes):
     """Issue 5, Parallel: the same displacements on one and two processes, by factors and by blocks."""
-    one, two = run(), run(str(MPIEXEC), "-n", "2")
+    one, two = (json.loads(on_processes(number, DRIVER).splitlines()[-1]) for number in (1, 2))
     for name, other in (("kept", "block"), ("nearly", "multigrid")):
         reference = one[name]
         assert max(map(abs, reference)) > 0.1

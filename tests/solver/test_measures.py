@@ -3,11 +3,7 @@
 import csv
 import json
 import os
-import shutil
 import signal
-import subprocess
-import sys
-from pathlib import Path
 
 import myostrain as ms
 from myostrain import Case
@@ -25,8 +21,6 @@ import pytest
 from scipy.integrate import quad
 
 from small_cases import ALONE, SHEET, changed
-
-MPIEXEC = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
 
 #: A deformation that is no rotation.
 A = np.array([[1.1, 0.1, 0.0], [0.0, 0.9, 0.2], [0.05, 0.0, 1.2]])
@@ -394,21 +388,12 @@ if ms.engine.MPI.COMM_WORLD.rank == 0:
 
 
 @pytest.mark.mpi
-@pytest.mark.skipif(MPIEXEC is None, reason="there is no mpiexec beside this Python or on the path")
-def test_numbers_do_not_depend_on_the_processes():
+def test_numbers_do_not_depend_on_the_processes(on_processes):
     """Measures docstring: "the same on any number of processes"; the ellipticity too."""
     pytest.importorskip("gmsh")
     here = {}
     exec(DRIVER, here)
     one = here["numbers"](ALONE)
-    done = subprocess.run(
-        [str(MPIEXEC), "-n", "2", sys.executable, "-c", DRIVER + PRINT],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    two = json.loads(done.stdout)
+    two = json.loads(on_processes(2, DRIVER + PRINT))
     assert abs(one["twist"]) > 1
     assert two == pytest.approx(one, rel=1e-10, abs=1e-10)  # measured 2e-13
