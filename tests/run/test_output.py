@@ -129,7 +129,7 @@ def test_probe_table(run):
     case, folder, results = run
     header, rows = read_probes(folder)
     line = case.name == "short"
-    fields = ["potential", "recovery", "displacement_x", *([] if line else ["displacement_y"])]
+    fields = ["potential", "recovery", "activation", "displacement_x", *([] if line else ["displacement_y"])]
     assert header == ["time", *(f"{probe}.{field}" for probe in case.probes for field in fields)]
     steps = results["steps"]
     # A row every thousandth of the run, at least every step, from 0 to the end.
@@ -137,7 +137,8 @@ def test_probe_table(run):
     if line:  # where both probes are nodes; the table has nine digits
         snapshots = Snapshots(folder)
         at = [int(np.argmin(np.abs(snapshots.points[:, 0] - p[0]))) for p in case.probes.values()]
-        np.testing.assert_allclose(rows[-1][[1, 4]], snapshots.field("potential")[at], rtol=1e-8)
+        np.testing.assert_allclose(rows[-1][[1, 5]], snapshots.field("potential")[at], rtol=1e-8)
+    np.testing.assert_allclose(rows[:, 3], -0.3 * rows[:, 1], rtol=1e-7, atol=1e-15)
 
 
 def test_snapshots(run):
