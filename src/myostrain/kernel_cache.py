@@ -40,5 +40,9 @@ def claim_cache(folder: Path) -> None:
         for source in folder.glob("libffcx_*.c"):
             if not source.with_suffix(".c.cached").exists():
                 source.unlink(missing_ok=True)
+        for kind in ("cached", "failed"):  # marks whose source somebody removed would fail the next one
+            for mark in folder.glob(f"libffcx_*.c.{kind}"):
+                if not mark.with_suffix("").exists():
+                    mark.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
         fcntl.flock(handle, fcntl.LOCK_SH)  # until the process ends

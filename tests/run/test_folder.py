@@ -228,7 +228,8 @@ def test_kernels_in_a_folder_that_cannot_be_written(tmp_path):
 
 def test_what_a_killed_compiler_left_is_removed_when_nobody_compiles(tmp_path):
     """FFCx would wait for it for ever: a C file without the one that says that its library is done."""
-    for name in ("libffcx_forms_a.c", "libffcx_forms_b.c", "libffcx_forms_b.c.cached", "mine.c"):
+    marks = ("libffcx_forms_c.c.cached", "libffcx_forms_d.c.failed")  # of sources that somebody removed
+    for name in ("libffcx_forms_a.c", "libffcx_forms_b.c", "libffcx_forms_b.c.cached", "mine.c", *marks):
         (tmp_path / name).touch()
     with (tmp_path / ".in-use").open("w") as other:
         fcntl.flock(other, fcntl.LOCK_SH)
@@ -244,7 +245,7 @@ def test_what_a_killed_compiler_left_is_removed_when_nobody_compiles(tmp_path):
 
 
 def test_new_and_empty_folders_are_taken(tmp_path):
-    """interface.md, --out DIR: made with its parents where it is not there, used where it is empty."""
+    """--out DIR: made with its parents where it is not there, used where it is empty."""
     (tmp_path / "empty").mkdir()
     for path in (tmp_path / "empty", tmp_path / "a" / "b"):
         lock = prepare(path, force=False, comm=ALONE)
