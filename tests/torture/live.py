@@ -282,6 +282,10 @@ def difference(reference: Path, folder: Path) -> tuple[float, list[str]]:
 
     def look(where: str, a, b) -> None:
         nonlocal worst
+        if np.asarray(a).dtype.kind == "U":
+            if str(a) != str(b):
+                problems.append(f"{where}: {a} and {b}")
+            return
         a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
         if a.shape != b.shape or (np.isnan(a) != np.isnan(b)).any():
             problems.append(f"{where}: {a.shape} and {b.shape}, or NaN elsewhere")
