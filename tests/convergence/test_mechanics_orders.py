@@ -130,7 +130,7 @@ def test_orders_in_space_and_the_quadrature_keeps_them(kinematic, exact_strain, 
     """P1: order 2 in L2 and 1 in H1; P2-P1: 3, 2 and 2 for the pressure, but 2 in L2 where γ is
     nodal, linear in each cell; (1.6), (3.3) and (7.8) manufactured.
 
-    mechanics.QUADRATURE_DEGREE: "as low as keeps the order of the elements": the errors are those of
+    discretization.QUADRATURE_DEGREE: "as low as keeps the order of the elements": the errors are those of
     degree 8, to 3e-3.
     """
     spacings = np.array([1 / 4, 1 / 8, 1 / 16]) / (1 if kinematic.has_pressure else 2)

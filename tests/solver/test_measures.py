@@ -346,7 +346,8 @@ def test_series_of_a_run(tmp_path):
     assert cut["metrics"] == whole["metrics"]
     rows = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(text.splitlines())]
     assert [row["time"] for row in rows] == pytest.approx(np.arange(6) * 2e-3)
-    assert list(rows[0]) == ["time", "volume_ratio", "fibre_stretch_mean", "fibre_stretch_min"]
+    names = ["volume_ratio", "fibre_stretch_mean", "fibre_stretch_min"]
+    assert list(rows[0]) == ["time", *names, *(f"reaction_left_{axis}" for axis in "xyz")]
     for row in rows:
         assert row["volume_ratio"] == pytest.approx(1.0, abs=2e-8)  # measured 3e-9, with nine digits
     stretches = [row["fibre_stretch_mean"] for row in rows]
@@ -356,7 +357,8 @@ def test_series_of_a_run(tmp_path):
     assert metrics["fibre_stretch_mean"] == pytest.approx(stretches[-1], rel=1e-8)
     assert metrics["fibre_stretch_min"] == pytest.approx(min(row["fibre_stretch_min"] for row in rows))
     run_case(Case.from_dict(SHEET), tmp_path / "sheet", comm=ALONE, figures=False)
-    assert not (tmp_path / "sheet" / "measures.csv").exists()
+    text = (tmp_path / "sheet" / "measures.csv").read_text()
+    assert text.splitlines()[0] == "time,reaction_boundary_x,reaction_boundary_y"
 
 
 DRIVER = """

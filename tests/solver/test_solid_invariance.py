@@ -257,7 +257,7 @@ def test_viscous_stress_knows_no_turning_frame():
             parts.put(old @ Q_old.T - parts.X, 1.0)
             mechanics.accept(0.0)
             put_activation(mechanics, seed=2)
-            mechanics._set_rates(0.1, 1)
+            mechanics._rate.set(0.1, 1, mechanics.history, mechanics._past_activation)
             parts.put(new @ Q_new.T - parts.X, 1.0)
             forces, _ = parts.forces()
             moment = np.cross(new @ Q_new.T, forces).sum(0)
@@ -265,7 +265,7 @@ def test_viscous_stress_knows_no_turning_frame():
             np.testing.assert_allclose(forces.sum(0), 0, rtol=0, atol=1e-13 * scale)
             np.testing.assert_allclose(moment, 0, rtol=0, atol=1e-13 * scale)
             answers.append(forces @ Q_new)
-        for constant in mechanics._rates:
+        for constant in mechanics._rate.weights:
             constant.value = 0.0
         elastic, _ = parts.forces()
         assert np.abs(answers[1] - elastic @ Q_new).max() > 0.3 * scale  # most of it is viscous

@@ -6,7 +6,7 @@ from myostrain.engine import compile_form, fem
 from myostrain.errors import ComputationError, InputError
 from myostrain.kinematics import Line, PlaneStrain, PlaneStress, Solid
 from myostrain.materials import NeoHookean, Spring
-from myostrain.mechanics.equilibrium import FORMER
+from myostrain.mechanics.keywords import FORMER
 from myostrain.mechanics.quadrature import QuadraturePoints
 
 import numpy as np

@@ -13,6 +13,7 @@ from myostrain.coupling import Electromechanics
 from myostrain.course import missed_peaks
 from myostrain.electrics import GivenPotential, Potential
 from myostrain.mechanics import Loads, Mechanics, Supports
+from myostrain.mechanics.loads import components_of
 from myostrain.run.simulation import Simulation
 
 log = logging.getLogger("myostrain")
@@ -76,6 +77,11 @@ def _activity(case: Any, body: geometry.Body) -> Any:
 def _warn_of_missed_peaks(case: Any, step: float) -> None:
     """Warn of peaks in time that lie between two steps, where nothing sees them."""
     courses = {f"mechanics.pressure.{k}": c for k, c in (case.mechanics.pressure or {}).items()}
+    for part, components in (case.mechanics.displacement or {}).items():
+        courses |= {f"mechanics.displacement.{part}.{name}": c for name, c in components.items()}
+    for part, course in (case.mechanics.traction or {}).items():
+        for i, component in enumerate(components_of(course)):
+            courses[f"mechanics.traction.{part}.{i}"] = component
     if case.drive is not None:
         courses["drive.potential"] = case.drive.potential
     for key, course in courses.items():

@@ -127,7 +127,7 @@ class OutputSection:
 
     Args:
         every: Simulated time between written fields; a sixtieth of the run unless given.
-        fields: Which fields.
+        fields: Which fields; "stress" is the Cauchy stress, `stress_xx`, `stress_xy`, ..., at the nodes.
         rigid_twin: Whether the same case is run on the rigid body too, for comparison.
         checkpoint_every: Simulated time between checkpoints; none by simulated time unless given.
         checkpoint_seconds: Seconds of wall clock between checkpoints.

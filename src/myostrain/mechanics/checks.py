@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from myostrain import activation, kinematics, materials
+from myostrain import materials
 from myostrain.course import value_at
 from myostrain.engine import MPI
-from myostrain.errors import InputError, shown
+from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
@@ -16,50 +15,8 @@ from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads, times_of, vector_at
 from myostrain.mechanics.rigid_motions import RigidMotions, surface
 from myostrain.mechanics.supports import AXES, FLAT, Hold, Supports, plane_axis
-from myostrain.validation import NonNegative, Positive, checked
 
 import numpy as np
-
-
-def check_kinds(given: Mapping[str, Any]) -> None:
-    """Refuse objects that are not what mechanics takes: texts, classes, dictionaries.
-
-    Args:
-        given: What was given, by keyword.
-
-    Raises:
-        InputError: It names the keyword, and what to give.
-    """
-    wanted: dict[str, tuple[str, Any, str]] = {
-        "body": ("a body, such as build(...) makes", Body, "mesh"),
-        "kinematics": (f"one of {_instances(kinematics, 'lift')}", object, "lift"),
-        "material": (f"one of {_instances(materials, 'energy')}, or one of your own", object, "energy"),
-        "supports": ('Supports(...), such as Supports(fixed=["left"])', Supports, ""),
-        "loads": ('Loads(...), such as Loads(pressure={"right": 0.1})', Loads, ""),
-        "imposed_stretch": ("ImposedStretch(...), or None", ImposedStretch | None, ""),
-    }
-    for name, (what, kind, method) in wanted.items():
-        value = given[name]
-        lacks = bool(method) and not hasattr(value, method)
-        if isinstance(value, type) or lacks or not isinstance(value, kind):
-            raise InputError(f"{shown(value)}: give {what}", f"mechanics.{name}")
-    active = given["active"]
-    if isinstance(active, type) or not (hasattr(active, "tensor") or hasattr(active, "energy")):
-        raise InputError(
-            f"{shown(active)}: give an active deformation, one of {_instances(activation, 'tensor')}, or an "
-            "active tension",
-            "mechanics.active",
-        )
-    checked(NonNegative, given["relaxation_time"], "mechanics.relaxation_time")
-    checked(Positive, given["tolerance"], "mechanics.tolerance")
-
-
-def _instances(module: Any, method: str) -> str:
-    """The classes of a module that have a method and are no protocols, as a call each."""
-    found = vars(module).values()
-    names = [c.__name__ for c in found if isinstance(c, type) and hasattr(c, method)]
-    protocols = ("Kinematics", "Material", "ActiveDeformation")
-    return ", ".join(f"{name}()" for name in names if name not in protocols and not name.startswith("_"))
 
 
 def check_room(body: Body, supports: Supports, holds: Sequence[Hold]) -> None:

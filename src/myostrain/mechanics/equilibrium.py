@@ -8,57 +8,34 @@ from myostrain.activation import ActiveDeformation, ActiveTension, Fibre, Yield
 from myostrain.engine import fem
 from myostrain.errors import ComputationError
 from myostrain.geometry import Body
-from myostrain.history import History, backward_difference
-from myostrain.kinematics import Deformation, Kinematics
+from myostrain.history import History
+from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
 from myostrain.mechanics.active_body import ActiveBody
 from myostrain.mechanics.balance import Balance
-from myostrain.mechanics.checks import check_fit, check_held, check_kinds, check_room, check_stretch
+from myostrain.mechanics.checks import check_fit, check_held, check_room, check_stretch
+from myostrain.mechanics.discretization import unknown_space, volume_measure
 from myostrain.mechanics.external_forces import ExternalForces
+from myostrain.mechanics.handed_over import HandedOver
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.inversion import Orientation
+from myostrain.mechanics.keywords import FORMER, check_kinds
 from myostrain.mechanics.loads import Loads
 from myostrain.mechanics.nodal_fields import NodalFields
 from myostrain.mechanics.reactions import Reactions
 from myostrain.mechanics.rigid_motions import RigidMotions
+from myostrain.mechanics.strain_rate import StrainRate
 from myostrain.mechanics.supports import Supports, holds
 from myostrain.solvers.continuation import follow
-from myostrain.solvers.linear import Options, largest, owned_dofs
+from myostrain.solvers.linear import Options, global_dofs, largest, owned_dofs
 from myostrain.solvers.newton import ChordNewton
 from myostrain.solvers.timing import timed
 from myostrain.state import FieldState, State
 from myostrain.validation import refuse_former, remembers
 
-import basix.ufl
 import numpy as np
 import numpy.typing as npt
 import ufl
-
-#: Degree of the quadrature by that of the displacement, as low as keeps the order of the elements: one point
-#: for P1 (the gradient is constant, γ is taken at the centre), degree 3 for P2.
-QUADRATURE_DEGREE = {1: 1, 2: 3}
-
-#: The rule by the cell. On tetrahedra basix's own of degree 3 has a negative weight, −4/5 of the volume at
-#: the centre: the integral of a convex energy is not convex, and Newton's method fails where the stiffness
-#: changes from point to point. That of Xiao and Gimbutas (2010) has one point more, six, of positive weights.
-QUADRATURE_RULE = {"tetrahedron": "xiao_gimbutas"}
-
-
-_SUPPORT, _LOAD = "give supports=Supports({0}=...)", "give loads=Loads({0}=...)"
-
-#: Keywords of earlier versions, and what took their place.
-FORMER = {
-    "law": "it goes to Electromechanics(..., law=...), which writes the nodal field activation",
-    "deformation": "it is called active",
-    "active_stress": "give Electromechanics law=ActiveStress(...), and Mechanics active=FibreTension(...)",
-    "activity": "it goes to Electromechanics(..., activity=...), as values at the nodes",
-    "activity_max": "it is not needed; activity goes to Electromechanics",
-    **{
-        name: _SUPPORT.format(name)
-        for name in ("fixed", "sliding", "robin", "robin_boundary", "robin_normal")
-    },
-    **{name: _LOAD.format(name) for name in ("pressure", "body_force")},
-}
 
 
 class Mechanics:
@@ -91,7 +68,9 @@ class Mechanics:
         u: Displacement (with the pressure, where there is one), a DOLFINx function.
         activation: γ, or the tension, at the nodes, P1; whoever couples writes it.
         deformation: F and J of the configuration handed over to the potential.
-        handed: The displacement in ``deformation``; :meth:`hand_over` writes it.
+        handed: The configuration in ``deformation``; :meth:`hand_over` writes it.
+        reactions: Forces by which supports hold the body.
+        nodal: Stress, stretch and displacement at the mesh's nodes.
         seconds: Wall-clock seconds spent in solving.
     """
 
@@ -118,32 +97,22 @@ class Mechanics:
         check_fit(body, kinematics, material, relaxation_time)
         self.body, self.kinematics, self.material = body, kinematics, material
         self.supports, self.loads = supports, loads
-        self.imposed_stretch = imposed_stretch
-        self.relaxation_time = relaxation_time
-        self.seconds = 0.0
-        mesh = body.mesh
-        mixed = kinematics.has_pressure
+        self.imposed_stretch, self.relaxation_time, self.seconds = imposed_stretch, relaxation_time, 0.0
+        mesh, mixed = body.mesh, kinematics.has_pressure
         self._active = equations = ActiveBody(body, kinematics, material, active, relaxation_time)
-        degree = QUADRATURE_DEGREE[kinematics.degree] if quadrature_degree is None else quadrature_degree
-        rule = QUADRATURE_RULE.get(mesh.topology.cell_type.name, "default")
-        metadata = {"quadrature_degree": degree, "quadrature_rule": rule}
-        self.dx = ufl.Measure("dx", domain=mesh, metadata=metadata)
-
-        space = _space(mesh, body.dim, kinematics.degree, mixed)
-        self.u, self.handed = fem.Function(space, name="displacement"), fem.Function(space)
+        self.dx = volume_measure(mesh, kinematics, quadrature_degree)
+        space = unknown_space(mesh, kinematics)
+        self.u = fem.Function(space, name="displacement")
         self.activation = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="activation")
         self.history, self._past_activation = History(self.u, depth=3), History(self.activation, depth=2)
 
-        F = equations.gradient(self.handed)
-        self._handed_activation = fem.Function(self.activation.function_space)
-        Jo = ufl.det(equations.active(self._handed_activation))
-        self._imposed = fem.Constant(mesh, 0.0)  # whether the configuration is an imposed one
-        self._handed_imposed = fem.Constant(mesh, 0.0)  # the same of the one handed over
-        if imposed_stretch is not None:  # a held body's J is that of the stretch, whatever the activation
+        ratio, for_ever = None, False
+        if imposed_stretch is not None:
             ratio = check_stretch(body, kinematics, imposed_stretch, supports)
             for_ever = np.isinf(imposed_stretch.until)
-            Jo = ratio if for_ever else Jo + self._handed_imposed * (ratio - Jo)
-        self.deformation = Deformation(F, kinematics.volume_ratio(F, Jo))
+        self.handed = HandedOver(equations, self.u, self.activation, ratio, for_ever)
+        self.deformation = self.handed.deformation
+        self._imposed = 0.0  # one while the configuration is an imposed stretch
 
         residual = ufl.derivative(equations.energy(self.u, self.activation) * self.dx, self.u)
         held = holds(body, space, supports, mixed)
@@ -152,19 +121,11 @@ class Mechanics:
         )
         residual += self.external.residual
         self._past_loads = np.zeros_like(self.external.at(0.0))
-        self._rates: list[Any] = []
-        self._past: list[tuple[fem.Function, fem.Function]] = []
-        self._rate: Any = None
-        if relaxation_time > 0:
-            self._past = [
-                (fem.Function(space), fem.Function(self.activation.function_space)) for _ in range(2)
-            ]
-            self._rates = [fem.Constant(mesh, 0.0) for _ in range(3)]
-            self._rate = equations.strain_rate(self._rates, [(self.u, self.activation), *self._past])
-            residual += (
-                equations.viscous_power(self._rate, self.u, self.activation, ufl.TestFunction(space))
-                * self.dx
-            )
+        self._rate = StrainRate(equations, self.u, self.activation) if relaxation_time > 0 else None
+        if self._rate is not None:
+            test = ufl.TestFunction(space)
+            power = equations.viscous_power(self._rate.rate, self.u, self.activation, test)
+            residual += power * self.dx
         springs = [(parts, None if along else range(body.dim)) for _, parts, along in self.external.springs]
         if mixed and not springs:
             check_room(body, supports, held)
@@ -190,8 +151,7 @@ class Mechanics:
             stabilization=equations.stabilization(self.u, self.activation, self.dx) if mixed else None,
             depends_on=[
                 self.activation,
-                *(f for pair in self._past for f in pair),
-                *self._rates,
+                *([] if self._rate is None else [*self._rate.functions, *self._rate.weights]),
                 *self.external.constants,
             ],
             advice="a smaller time step, activation or load; more supports, where a slender body is free; "
@@ -207,14 +167,13 @@ class Mechanics:
             body, self.u, equations.displacement(self.u), held, self.external, self.solver
         )
         self._orientation = Orientation(body, equations, self.u, self.activation)
-        self._nodal_u: fem.Function | None = None
-        self._nodal = NodalFields(self.activation.function_space, self.dx)
+        rate = None if self._rate is None else self._rate.rate
+        self.nodal = NodalFields(equations, self.u, self.activation, rate, body.f0, self.dx)
 
     def __repr__(self) -> str:
         """What is solved, and how it is held."""
         names = [type(self.kinematics).__name__, type(self.material).__name__, self._active.name]
-        unknowns = self.u.function_space.dofmap
-        size = unknowns.index_map.size_global * unknowns.index_map_bs
+        size = global_dofs(self.u.function_space)
         held = f"{self.pins} rigid motions free" if self.pins else "held"
         return f"Mechanics({', '.join(names)}; {self.body.cells} cells, {size} unknowns, {held})"
 
@@ -223,27 +182,19 @@ class Mechanics:
 
         Integrate it with :attr:`dx`, or with a measure of a degree of your own.
         """
-        return self._active.cauchy(self.u, self.activation, self._rate)
+        return self.nodal.cauchy
 
     def stress(self) -> npt.NDArray[np.float64]:
         """The Cauchy stress at the nodes of ``activation`` (nodes, n, n), n = 3, or 1 on a line."""
-        n = self.kinematics.tensor_dim
-        sigma = np.empty((len(self.activation.x.array), n, n))
-        for i in range(n):
-            for j in range(i, n):
-                sigma[:, i, j] = sigma[:, j, i] = self._nodal.mean(
-                    f"stress {i}{j}", lambda i=i, j=j: self.cauchy()[i, j]
-                )
-        return sigma
+        return self.nodal.stress()
 
     def stress_trace(self) -> npt.NDArray[np.float64]:
         """Trace of the Cauchy stress at the nodes of ``activation``, means over the cells around each."""
-        return self._nodal.mean("stress trace", lambda: ufl.tr(self.cauchy()))
+        return self.nodal.stress_trace()
 
     def fibre_stretch(self) -> npt.NDArray[np.float64]:
         """Stretch of the fibre, |F f0|, at the nodes of ``activation``, means over the cells around each."""
-        along = self._active.gradient(self.u) * self.body.f0
-        return self._nodal.mean("fibre stretch", lambda: ufl.sqrt(ufl.dot(along, along)))
+        return self.nodal.fibre_stretch()
 
     @property
     def yields(self) -> Yield:
@@ -277,6 +228,7 @@ class Mechanics:
         """
         self.history.clear()
         self._past_activation.clear()
+        self._imposed = 0.0
         self.solver.forget()  # a second run has the bits of the first one
         former = self.u.x.array.copy()
         self.u.x.array[:] = 0.0
@@ -316,18 +268,15 @@ class Mechanics:
             return
         if predict and self.history.times:
             self.history.extrapolate(time, 2, self.u.x.array)
-        if self._past:
-            self._set_rates(time, order)
+        if self._rate is not None:
+            self._rate.set(time, order, self.history, self._past_activation)
         self._equilibrate(time)
 
     def _equilibrate(self, time: float) -> None:
         """Solve for the activation and the loads at ``time``, in smaller jumps where one is too far."""
         begin = self.history.values[0] if self.history.values else self.u.x.array.copy()
-        before = (
-            self._past_activation.values[0]
-            if self._past_activation.values
-            else np.zeros_like(self.activation.x.array)
-        )
+        past = self._past_activation.values
+        before = past[0] if past else np.zeros_like(self.activation.x.array)
         target, loads_before, loads = self.activation.x.array.copy(), self._past_loads, self.external.at(time)
 
         def jump(share: float) -> None:
@@ -348,19 +297,9 @@ class Mechanics:
                 self.activation.x.array[:] = target
                 self.external.put(loads_before)
                 raise
-        self._imposed.value = 0.0
+        self._imposed = 0.0
         if self._balance is not None:
             self._balance.check()
-
-    def _set_rates(self, time: float, order: int) -> None:
-        points = min(order, len(self.history.times))
-        weights = backward_difference([time, *self.history.times[:points]])
-        for constant, weight in zip(self._rates, [*weights, 0.0], strict=False):
-            constant.value = weight
-        for (u, a), u_past, a_past in zip(
-            self._past, self.history.values, self._past_activation.values, strict=False
-        ):
-            u.x.array[:], a.x.array[:] = u_past, a_past
 
     def _impose(self) -> None:
         assert self.imposed_stretch is not None
@@ -371,19 +310,16 @@ class Mechanics:
             return (stretch[:, None] - 1) * (x[: self.body.dim] - low[:, None])
 
         (self.u.sub(0) if self.kinematics.has_pressure else self.u).interpolate(homogeneous)
-        self._imposed.value = 1.0
+        self._imposed = 1.0
         self._set_pressure()
 
     def _set_pressure(self) -> None:
         """At rest nothing determines the pressure: take the one without mean stress in the body."""
-        for constant in self._rates:
-            constant.value = 0.0
+        if self._rate is not None:
+            self._rate.clear()
         if self.kinematics.has_pressure:
-            stress, dim = self._active.cauchy_without_pressure(self.u, self.activation), self.body.dim
             pressure = fem.Function(self.activation.function_space)
-            pressure.x.array[:] = self._nodal.mean(
-                "mean stress", lambda: sum(stress[i, i] for i in range(dim)) / dim
-            )
+            pressure.x.array[:] = self.nodal.mean_stress_without_pressure()
             self.u.sub(1).interpolate(pressure)
 
     def state(self) -> State:
@@ -393,9 +329,9 @@ class Mechanics:
             "history": self.history.state(),
             "past_activation": self._past_activation.state(),
             "solver": self.solver.state(),
-            "loads": self._past_loads.tolist(),
-            "imposed": [float(self._imposed.value), float(self._handed_imposed.value)],
-            "rates": [float(constant.value) for constant in self._rates],
+            "loads": self.external.named(self._past_loads),
+            "imposed": [self._imposed, float(self.handed.imposed.value)],
+            "rates": [] if self._rate is None else [float(weight.value) for weight in self._rate.weights],
             "seconds": self.seconds,
         }
 
@@ -404,18 +340,19 @@ class Mechanics:
         self.solver.restore(state["solver"])
         for function, field in zip(self._stateful(), state["fields"], strict=True):
             field.put(function)
-        for constant, value in zip(self._rates, state["rates"], strict=True):
+        weights = [] if self._rate is None else self._rate.weights
+        for constant, value in zip(weights, state["rates"], strict=True):
             constant.value = value
-        self._imposed.value, self._handed_imposed.value = state["imposed"]
-        self._past_loads = np.array(state["loads"])
+        self._imposed, self.handed.imposed.value = state["imposed"]
+        self._past_loads = self.external.ordered(state["loads"])
         self.external.put(self._past_loads)
         self.history.restore(state["history"])
         self._past_activation.restore(state["past_activation"])
         self.seconds = state["seconds"]
 
     def _stateful(self) -> list[fem.Function]:
-        past = [function for pair in self._past for function in pair]
-        return [self.u, self.activation, self.handed, self._handed_activation, *past]
+        past = [] if self._rate is None else self._rate.functions
+        return [self.u, self.activation, self.handed.u, self.handed.a, *past]
 
     def accept(self, time: float) -> None:
         """Take the present configuration as the one at ``time``."""
@@ -436,9 +373,7 @@ class Mechanics:
             time: Simulated time.
             order: Order of the polynomial; 0 hands over the last accepted configuration.
         """
-        self.history.extrapolate(time, order, self.handed.x.array)
-        self._past_activation.extrapolate(time, order, self._handed_activation.x.array)
-        self._handed_imposed.value = self._imposed.value
+        self.handed.extrapolate(self.history, self._past_activation, time, order, self._imposed)
 
     def lag(self, time: float, order: int) -> float:
         """Largest difference between the displacement found for ``time`` and the one handed over for it.
@@ -457,26 +392,8 @@ class Mechanics:
 
     def hand_over_present(self) -> None:
         """Write the present configuration, accepted or not, into ``handed``."""
-        self.handed.x.array[:] = self.u.x.array
-        self._handed_activation.x.array[:] = self.activation.x.array
-        self._handed_imposed.value = self._imposed.value
+        self.handed.take(self.u, self.activation, self._imposed)
 
     def displacement(self) -> fem.Function:
         """The displacement at the mesh's nodes, a P1 vector function."""
-        if self.kinematics.degree == 1:
-            return self.u
-        if self._nodal_u is None:
-            space = fem.functionspace(self.body.mesh, ("Lagrange", 1, (self.body.dim,)))
-            self._nodal_u = fem.Function(space, name="displacement")
-        self._nodal_u.interpolate(self.u.sub(0) if self.kinematics.has_pressure else self.u)
-        return self._nodal_u
-
-
-def _space(mesh: Any, dim: int, degree: int, mixed: bool) -> fem.FunctionSpace:
-    cell = mesh.basix_cell()
-    displacement = basix.ufl.element("Lagrange", cell, degree, shape=(dim,))
-    if not mixed:
-        return fem.functionspace(mesh, displacement)
-    return fem.functionspace(
-        mesh, basix.ufl.mixed_element([displacement, basix.ufl.element("Lagrange", cell, 1)])
-    )
+        return self.nodal.displacement()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from myostrain.course import value_at
@@ -11,7 +12,7 @@ from myostrain.geometry import Body
 from myostrain.mechanics.active_body import ActiveBody
 from myostrain.mechanics.edge import thickness_factor
 from myostrain.mechanics.loads import Loads, vector_at
-from myostrain.mechanics.supports import Hold, Supports
+from myostrain.mechanics.supports import AXES, Hold, Supports
 
 import numpy as np
 import numpy.typing as npt
@@ -73,19 +74,19 @@ class ExternalForces:
             square = ufl.dot(w, normal) ** 2 if along else ufl.inner(w, w)
             self.residual += ufl.derivative(k / 2 * square * ds, u)
             self.springs.append((k, parts, along))
-        #: What changes over time: a constant of a form or condition, and its value at a time.
-        self._courses: list[tuple[fem.Constant, Callable[[float], Any]]] = []
+        #: What changes over time by its key: a constant of a form or condition, and its value at a time.
+        self._courses: dict[str, tuple[fem.Constant, Callable[[float], Any]]] = {}
         tractions = {}
         for part, vector in loads.traction.items():
             ds = body.boundary_measure([part], 2 * degree, f"mechanics.traction.{part}")
             t = tractions[part] = fem.Constant(mesh, np.zeros(body.dim))
-            self._courses.append((t, lambda time, course=vector: vector_at(course, time)))  # type: ignore[misc]
+            self._courses[f"traction.{part}"] = t, partial(vector_at, vector)
             self.residual -= ufl.dot(t, test) * ds
         self._pressures: dict[str, fem.Constant] = {}
         for part, course in loads.pressure.items():
             ds = body.boundary_measure([part], 2 * degree, f"mechanics.pressure.{part}")
             p = self._pressures[part] = fem.Constant(mesh, 0.0)
-            self._courses.append((p, lambda time, course=course: value_at(course, time)))  # type: ignore[misc]
+            self._courses[f"pressure.{part}"] = p, partial(value_at, course)
             F = active.lifted(u, a)
             lifted = ufl.as_vector(
                 [*(normal[i] for i in range(body.dim)), *([0] * (F.ufl_shape[0] - body.dim))]
@@ -103,9 +104,8 @@ class ExternalForces:
             self.residual -= ufl.dot(loads.body_force, test) * dx
         for hold in holds:
             if hold.course is not None:
-                self._courses.append(
-                    (hold.value, lambda time, course=hold.course: value_at(course, time))  # type: ignore[misc]
-                )
+                key = f"displacement.{hold.part}.{AXES[hold.axis]}"
+                self._courses[key] = hold.value, partial(value_at, hold.course)
         self.symmetric = not self._pressures
 
     @property
@@ -115,13 +115,26 @@ class ExternalForces:
 
     def at(self, time: float) -> Array:
         """Loads and prescribed displacements at a time, one after the other."""
-        return np.concatenate([np.zeros(0), *(np.atleast_1d(value(time)) for _, value in self._courses)])
+        values = (np.atleast_1d(value(time)) for _, value in self._courses.values())
+        return np.concatenate([np.zeros(0), *values])
 
     def put(self, values: Array) -> None:
         """Let these act."""
-        for constant, _ in self._courses:
-            part, values = np.split(values, [constant.value.size])
+        for (constant, _), part in zip(self._courses.values(), self._split(values), strict=True):
             constant.value = part.reshape(constant.value.shape)
+
+    def _split(self, values: Array) -> list[Array]:
+        sizes = [constant.value.size for constant, _ in self._courses.values()]
+        return np.split(values, np.cumsum(sizes)[:-1]) if sizes else []
+
+    def named(self, values: Array) -> dict[str, list[float]]:
+        """Values in the order of :meth:`at` by their keys, for a state that other loads may go on from."""
+        return {key: part.tolist() for key, part in zip(self._courses, self._split(values), strict=True)}
+
+    def ordered(self, values: Mapping[str, list[float]]) -> Array:
+        """The reverse; what the state does not know was zero."""
+        parts = [values.get(key, [0.0] * constant.value.size) for key, (constant, _) in self._courses.items()]
+        return np.array([value for part in parts for value in part])
 
     def pressures(self) -> dict[str, float]:
         """The pressures that act, by named part."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, Any
 
-from myostrain.course import Course
+from myostrain.course import Course, value_at
 from myostrain.errors import InputError
 from myostrain.validation import Finite, check_fields
 
@@ -79,13 +79,18 @@ def _timed(course: Any) -> bool:
     return bool(course) and isinstance(course[0], tuple)
 
 
-def vector_at(course: VectorCourse, time: float) -> npt.NDArray[np.float64]:
-    """The vector at a time; before the first point and after the last one it is theirs."""
+def components_of(course: VectorCourse) -> list[Course]:
+    """The course of each component."""
     if not _timed(course):
-        return np.array(course, dtype=float)
+        return [float(value) for value in course]  # type: ignore[arg-type]
     points: Any = course
     times, vectors = zip(*points, strict=True)
-    return np.array([np.interp(time, times, component) for component in zip(*vectors, strict=True)])
+    return [tuple(zip(times, values, strict=True)) for values in zip(*vectors, strict=True)]
+
+
+def vector_at(course: VectorCourse, time: float) -> npt.NDArray[np.float64]:
+    """The vector at a time; before the first point and after the last one it is theirs."""
+    return np.array([value_at(component, time) for component in components_of(course)])
 
 
 def times_of(loads: Loads) -> list[float]:

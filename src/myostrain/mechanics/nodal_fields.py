@@ -1,10 +1,12 @@
-"""Stress and stretch at the nodes: means over the cells around each, lumped."""
+"""Stress, stretch and displacement at the nodes of linear elements."""
 
 from __future__ import annotations
 
+from itertools import combinations_with_replacement
 from typing import Any
 
 from myostrain.engine import compile_form, fem
+from myostrain.mechanics.active_body import ActiveBody
 from myostrain.solvers.linear import assemble_nodal
 
 import numpy as np
@@ -15,22 +17,68 @@ Array = npt.NDArray[np.float64]
 
 
 class NodalFields:
-    """Means ∫ f φ dX / ∫ φ dX of expressions f at the nodes of linear elements φ.
+    """Means ∫ f φ dX / ∫ φ dX of fields f of the present configuration, over linear elements φ.
 
     Forms are compiled when they are first asked for.
 
     Args:
-        space: Linear scalar elements.
+        active: The equations of the body.
+        u: The unknown.
+        a: The activation.
+        rate: Rate of the viscous strain, None for an elastic body.
+        f0: The fibre's direction.
         dx: The volume's measure.
+
+    Attributes:
+        cauchy: The Cauchy stress, UFL.
     """
 
-    def __init__(self, space: fem.FunctionSpace, dx: Any) -> None:
-        self._test, self._dx = ufl.TestFunction(space), dx
-        self._forms: dict[Any, fem.Form] = {}
+    def __init__(
+        self, active: ActiveBody, u: fem.Function, a: fem.Function, rate: Any, f0: Any, dx: Any
+    ) -> None:
+        self._active, self._u, self._a, self._f0, self._dx = active, u, a, f0, dx
+        self.cauchy = active.cauchy(u, a, rate)
+        self._test = ufl.TestFunction(a.function_space)
         self._weight = assemble_nodal(compile_form(self._test * dx))
+        self._forms: dict[str, fem.Form] = {}
+        self._displacement: fem.Function | None = None
 
-    def mean(self, name: Any, expression: Any) -> Array:
-        """Nodal means of a scalar (nodes,), owned and ghosts; the name stands for the expression later on."""
+    def stress(self) -> Array:
+        """The Cauchy stress (nodes, n, n), n = 3, or 1 on a line."""
+        n = self._active.kinematics.tensor_dim
+        sigma = np.empty((len(self._a.x.array), n, n))
+        for i, j in combinations_with_replacement(range(n), 2):
+            sigma[:, i, j] = sigma[:, j, i] = self._mean(f"stress {i} {j}", self.cauchy[i, j])
+        return sigma
+
+    def stress_trace(self) -> Array:
+        """Trace of the Cauchy stress (nodes,)."""
+        return self._mean("stress trace", ufl.tr(self.cauchy))
+
+    def mean_stress_without_pressure(self) -> Array:
+        """Mean normal stress on the mesh's axes that energy and viscosity give (nodes,)."""
+        stress, dim = self._active.cauchy_without_pressure(self._u, self._a), self._active.kinematics.dim
+        return self._mean("mean stress", sum(stress[i, i] for i in range(dim)) / dim)
+
+    def fibre_stretch(self) -> Array:
+        """Stretch of the fibre, |F f0| (nodes,)."""
+        along = self._active.gradient(self._u) * self._f0
+        return self._mean("fibre stretch", ufl.sqrt(ufl.dot(along, along)))
+
+    def displacement(self) -> fem.Function:
+        """The displacement as a P1 vector function; the unknown itself where that is one."""
+        kinematics = self._active.kinematics
+        if kinematics.degree == 1:
+            return self._u
+        if self._displacement is None:
+            mesh = self._u.function_space.mesh
+            space = fem.functionspace(mesh, ("Lagrange", 1, (kinematics.dim,)))
+            self._displacement = fem.Function(space, name="displacement")
+        self._displacement.interpolate(self._u.sub(0) if kinematics.has_pressure else self._u)
+        return self._displacement
+
+    def _mean(self, name: str, expression: Any) -> Array:
+        """Nodal means of a scalar, owned and ghosts."""
         if name not in self._forms:
-            self._forms[name] = compile_form(expression() * self._test * self._dx)
+            self._forms[name] = compile_form(expression * self._test * self._dx)
         return assemble_nodal(self._forms[name]) / self._weight

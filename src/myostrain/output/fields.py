@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache, partial
+from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-FieldName = Literal["potential", "states", "activation", "displacement", "stress_trace"]
+FieldName = Literal["potential", "states", "activation", "displacement", "stress", "stress_trace"]
 
 
 def cell_fibres(body: Body) -> Array:
@@ -53,7 +54,8 @@ class FieldWriter:
     Args:
         model: The coupled problem.
         folder: The result folder.
-        names: Which fields; "states" means all of the membrane's.
+        names: Which fields; "states" means all of the membrane's, "stress" the Cauchy stress,
+            ``stress_xx``, ``stress_xy``, ...
     """
 
     def __init__(self, model: Electromechanics, folder: Path, names: Sequence[FieldName]) -> None:
@@ -91,6 +93,11 @@ class FieldWriter:
         if model.mechanics is not None:
             if "displacement" in wanted:
                 found["displacement"] = None if headers else model.mechanics.displacement().x.array
+            if "stress" in wanted:
+                n = model.mechanics.kinematics.tensor_dim
+                sigma = None if headers else model.mechanics.stress()
+                for i, j in combinations_with_replacement(range(n), 2):
+                    found[f"stress_{'xyz'[i]}{'xyz'[j]}"] = None if sigma is None else sigma[:, i, j]
             if "stress_trace" in wanted:
                 found["stress_trace"] = None if headers else model.mechanics.stress_trace()
         return found

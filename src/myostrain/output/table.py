@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from myostrain.engine import lasting
 from myostrain.errors import InputError
 from myostrain.mechanics.ellipticity import EllipticityMonitor
+from myostrain.mechanics.reactions import Reactions
 from myostrain.output.folder import on_first
 from myostrain.output.manifest import claim
 from myostrain.output.measures import Measures
@@ -151,10 +152,10 @@ class ProbeTable:
 
 
 class MeasureTable:
-    """``measures.csv``: a column a measured quantity of a solid, and what the run's metrics say of them.
+    """``measures.csv``: a column a measured quantity of a solid, or a reaction, and what metrics say of them.
 
     Args:
-        model: The coupled problem; of a body that is no solid nothing is measured.
+        model: The coupled problem; of what is no solid only reactions of supports are measured.
         folder: The result folder; None writes nothing.
         ellipticity: Whether to look for a loss of ellipticity too.
         saved: State of an earlier run to go on from; None begins anew.
@@ -173,11 +174,13 @@ class MeasureTable:
     ) -> None:
         self._model = model
         mechanics, comm = model.mechanics, lasting(model.potential.body.comm)
-        self._sources: list[Measures | EllipticityMonitor] = []
+        self._sources: list[Measures | EllipticityMonitor | Reactions] = []
         if mechanics is not None and ellipticity:
             self._sources.append(EllipticityMonitor(mechanics))
         if mechanics is not None and mechanics.body.dim == 3:
             self._sources.insert(0, Measures(mechanics))
+        if mechanics is not None and mechanics.reactions.names and not mechanics.held(np.inf):
+            self._sources.append(mechanics.reactions)
         self._last: dict[str, float] = saved["last"] if saved else {}
         self._peaks = Peaks(saved["peaks"] if saved else {})
         self._table: Table | None = None

@@ -20,7 +20,8 @@ import numpy as np
 #: Keys whose change leaves the meaning of a state as it is: loads, the end, outputs, solvers.
 FREE = (
     *("name", "title", "cost", "time.end", "output", "solver", "drive", "stimulus"),
-    *("mechanics.pressure", "mechanics.traction", "mechanics.body_force", "mechanics.tolerance"),
+    *("mechanics.pressure", "mechanics.traction", "mechanics.displacement", "mechanics.loads"),
+    *("mechanics.supports.displacement", "mechanics.tolerance"),
     *("mechanics.options", "potential.options", "potential.stimuli", "potential.source", "potential.drive"),
 )
 

@@ -166,14 +166,16 @@ class ChordNewton:
         same = len(origin) == len(self._origin) and all(
             old is new or np.array_equal(old, new) for old, new in zip(self._origin, origin, strict=True)
         )
+        # What the tangent depends on may be more or less now: other loads.
+        ready = state["ready"] and len(origin) == len(self._arguments)
         # Of all processes: where one has another origin, all assemble.
-        if state["ready"] and not self._comm.allreduce(same, MPI.LAND):
+        if ready and not self._comm.allreduce(same, MPI.LAND):
             present = self._values()
             self._set_values(origin)
             self._renew()
             self._set_values(present)
         self.counters = Counters(**state["counters"])
-        self._ready = state["ready"]
+        self._ready = ready
         self._rate, self._first, self._unchecked = state["rate"], state["first"], state["unchecked"]
         self._least = state["least"]
 

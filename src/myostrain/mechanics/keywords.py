@@ -1,0 +1,71 @@
+"""What mechanics is made of, checked by kind, and keywords of earlier versions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from myostrain import activation, kinematics, materials
+from myostrain.errors import InputError, shown
+from myostrain.geometry import Body
+from myostrain.mechanics.imposed_stretch import ImposedStretch
+from myostrain.mechanics.loads import Loads
+from myostrain.mechanics.supports import Supports
+from myostrain.validation import NonNegative, Positive, checked
+
+_SUPPORT, _LOAD = "give supports=Supports({0}=...)", "give loads=Loads({0}=...)"
+
+#: Keywords of earlier versions, and what took their place.
+FORMER = {
+    "law": "it goes to Electromechanics(..., law=...), which writes the nodal field activation",
+    "deformation": "it is called active",
+    "active_stress": "give Electromechanics law=ActiveStress(...), and Mechanics active=FibreTension(...)",
+    "activity": "it goes to Electromechanics(..., activity=...), as values at the nodes",
+    "activity_max": "it is not needed; activity goes to Electromechanics",
+    **{
+        name: _SUPPORT.format(name)
+        for name in ("fixed", "sliding", "robin", "robin_boundary", "robin_normal")
+    },
+    **{name: _LOAD.format(name) for name in ("pressure", "body_force")},
+}
+
+
+def check_kinds(given: Mapping[str, Any]) -> None:
+    """Refuse objects that are not what mechanics takes: texts, classes, dictionaries.
+
+    Args:
+        given: What was given, by keyword.
+
+    Raises:
+        InputError: It names the keyword, and what to give.
+    """
+    wanted: dict[str, tuple[str, Any, str]] = {
+        "body": ("a body, such as build(...) makes", Body, "mesh"),
+        "kinematics": (f"one of {_instances(kinematics, 'lift')}", object, "lift"),
+        "material": (f"one of {_instances(materials, 'energy')}, or one of your own", object, "energy"),
+        "supports": ('Supports(...), such as Supports(fixed=["left"])', Supports, ""),
+        "loads": ('Loads(...), such as Loads(pressure={"right": 0.1})', Loads, ""),
+        "imposed_stretch": ("ImposedStretch(...), or None", ImposedStretch | None, ""),
+    }
+    for name, (what, kind, method) in wanted.items():
+        value = given[name]
+        lacks = bool(method) and not hasattr(value, method)
+        if isinstance(value, type) or lacks or not isinstance(value, kind):
+            raise InputError(f"{shown(value)}: give {what}", f"mechanics.{name}")
+    active = given["active"]
+    if isinstance(active, type) or not (hasattr(active, "tensor") or hasattr(active, "energy")):
+        raise InputError(
+            f"{shown(active)}: give an active deformation, one of {_instances(activation, 'tensor')}, or an "
+            "active tension",
+            "mechanics.active",
+        )
+    checked(NonNegative, given["relaxation_time"], "mechanics.relaxation_time")
+    checked(Positive, given["tolerance"], "mechanics.tolerance")
+
+
+def _instances(module: Any, method: str) -> str:
+    """The classes of a module that have a method and are no protocols, as a call each."""
+    found = vars(module).values()
+    names = [c.__name__ for c in found if isinstance(c, type) and hasattr(c, method)]
+    protocols = ("Kinematics", "Material", "ActiveDeformation")
+    return ", ".join(f"{name}()" for name in names if name not in protocols and not name.startswith("_"))
