@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from myostrain.case.case import Case
-from myostrain.case.running import run_case
+from myostrain.case.running import changed_problem, run_case
 from myostrain.cases import path
 from myostrain.engine import MPI
 from myostrain.geometry import Slab, UniformFibres, build
@@ -113,16 +113,16 @@ def solved(name, *overrides):
 
 
 def test_problem_1_converges(tmp_path):
-    """land-1: z of (10, 0.5, 1) is 4.165 on fine meshes, within the published 4.0 to 4.2.
+    """land-1: z of (10, 0.5, 1) is 4.169 on fine meshes, within the published 4.0 to 4.2.
 
-    At spacing 1/2 it is 0.034 less (measured; docs/land.md has other meshes). And what a run
+    At spacing 1/2 it is 0.038 less (measured; docs/land.md has other meshes). And what a run
     leaves: results.json, lines.csv, the picture.
     """
     case = Case.from_file(path("land-1"), ["geometry.spacing=0.5"])
     results = run_case(case, tmp_path / "out", figures=False)
     found = results["benchmark"]["deflection"]
     assert results["metrics"]["deflection"] == found["value"]
-    assert found["value"] - found["converged"] == pytest.approx(-0.0338, abs=0.004)
+    assert found["value"] - found["converged"] == pytest.approx(-0.0378, abs=0.004)
     assert found["within"]
     assert found["published"] == [4.0, 4.2]
     assert json.loads((tmp_path / "out" / "results.json").read_text())["benchmark"]["deflection"] == found
@@ -133,6 +133,31 @@ def test_problem_1_converges(tmp_path):
     np.testing.assert_allclose(line[:, 3:], fine.converged, rtol=0, atol=0.034)
     assert np.abs(line[-1, 3:] - fine.converged[-1]).max() > 0.014
     assert [file.name for file in draw_benchmark(tmp_path / "out", results)] == ["land.png"]
+
+
+CHANGES = [
+    (["geometry.spacing=1.0", "time.step=0.5", "mechanics.tolerance=1e-5"], []),
+    (["mechanics.pressure.bottom=0.002"], ["mechanics.pressure.bottom"]),
+    (["material.C=3.0"], ["material.C"]),
+    (["geometry.size=[9.0, 1.0, 1.0]"], ["geometry.size"]),
+    (["time.end=0.5"], ["time.end"]),
+]
+
+
+@pytest.mark.parametrize("overrides, keys", CHANGES)
+def test_another_problem_is_not_judged(overrides, keys):
+    """What the published numbers are of is the shipped problem; meshes, steps and solvers may differ."""
+    assert list(changed_problem(Case.from_file(path("land-1"), overrides))) == keys
+
+
+def test_results_say_that_nothing_was_compared(tmp_path):
+    """``notes`` has the key; no number is judged."""
+    changes = ["geometry.spacing=1.0", "mechanics.pressure.bottom=0.0001", "time.step=1.0"]
+    results = run_case(Case.from_file(path("land-1"), changes), tmp_path / "out", figures=False)
+    assert "benchmark" not in results
+    assert "deflection" not in results["metrics"]
+    assert "mechanics.pressure.bottom" in results["notes"]["benchmark"]
+    assert not (tmp_path / "out" / "lines.csv").exists()
 
 
 @pytest.mark.parametrize("number", [2, pytest.param(3, marks=pytest.mark.slow)])

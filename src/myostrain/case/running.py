@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from myostrain import cases
 from myostrain.case.case import Case
 from myostrain.engine import MPI
 from myostrain.errors import InputError
@@ -22,6 +23,13 @@ from myostrain.run.simulation import Progress
 
 #: Is in the result folder while figures are drawn.
 DRAWING = ".drawing"
+
+#: Keys that leave the problem which is solved as it is.
+NUMERICS = (
+    *("name.", "title.", "cost.", "units.", "output.", "probes.", "solver."),
+    *("geometry.spacing.", "geometry.layers.", "time.step.", "time.scheme."),
+    *("mechanics.every.", "mechanics.tolerance.", "mechanics.augmentation.", "mechanics.ellipticity."),
+)
 
 #: Metrics of the rigid twin that are compared.
 COMPARED = ("celerity", "width_material", "width_spatial")
@@ -89,7 +97,11 @@ def run_case(
                 results["seconds"]["total"] += start_seconds
                 if twin is not None:
                     results["metrics"] |= compare(results["metrics"], twin["metrics"])
-                if found := published.compare(case.name, simulation.model.mechanics, out, comm):
+                if changes := changed_problem(case):
+                    results["notes"]["benchmark"] = (
+                        f"not compared with published numbers, which are of another problem: {said(changes)}"
+                    )
+                elif found := published.compare(case.name, simulation.model.mechanics, out, comm):
                     results["metrics"] |= {name: entry["value"] for name, entry in found.items()}
                     results["benchmark"] = found
 
@@ -110,6 +122,18 @@ def _begin(case: Case, out: Path) -> None:
         claim(out / "rigid")
     (out / "results.json").unlink(missing_ok=True)  # of a run that goes on to a later end
     write_atomically(out / "case.toml", case.to_toml())
+
+
+def changed_problem(case: Case) -> dict[str, tuple[Any, Any]]:
+    """In what a case that is called as one with published numbers is another problem; else nothing.
+
+    Mesh sizes, load steps, solvers and what is written belong to no problem.
+    """
+    if published.find(case.name) is None:
+        return {}
+    shipped = Case.from_file(cases.path(case.name)).parameters
+    found = differences(shipped, json.loads(json.dumps(case.parameters)))
+    return {key: pair for key, pair in found.items() if not f"{key}.".startswith(NUMERICS)}
 
 
 def goes_on(case: Case, ended: Mapping[str, Any]) -> bool:
