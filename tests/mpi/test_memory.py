@@ -9,7 +9,7 @@ from small_cases import LINE, REMOVED, changed
 pytestmark = pytest.mark.mpi
 
 #: Nodes of the line, and steps: a vector that each step leaves behind is 8 · NODES · STEPS bytes.
-NODES, STEPS = 1000, 80
+NODES, STEPS = 1000, 40
 
 #: Prints by how many bytes a step the memory of every case grew, on the process where it grew most; with the
 #: last case also by how many a checkpoint, and a step by the last remedy of a failed one.
