@@ -269,7 +269,7 @@ def stretch(relaxation_time, spring, times, order):
 @pytest.mark.parametrize("spring", [0.0, SPRING], ids=["free", "on springs"])
 @pytest.mark.parametrize("order, band", [(1, (0.95, 1.05)), (2, (1.9, 2.1))])
 def test_viscous_line_in_time(order, band, spring):
-    """model.md, reading 6 (for (4.14)): λ d/dt[(x′ − 1)/(1 + γ)] + (x′ − 1 − γ)/(1 + γ) = P/μ, from x′ =
+    """Readings of the model (for (4.14)): λ d/dt[(x′ − 1)/(1 + γ)] + (x′ − 1 − γ)/(1 + γ) = P/μ, from x′ =
     1, against scipy; the order of the rate is the one asked for (Mechanics.solve), with steps that are
     not even (2 to 3).
     """
@@ -285,7 +285,7 @@ def test_viscous_line_in_time(order, band, spring):
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_limits_of_the_viscous_line(order):
-    """model.md, reading 6: λ → 0 gives x′ = 1 + γ, (4.3), at the rate λ/Δt, and λ → ∞ a rigid line at the
+    """Readings of the model: λ → 0 gives x′ = 1 + γ, (4.3), at the rate λ/Δt, and λ → ∞ a rigid line at the
     rate T/λ.
     """
     times = np.linspace(0.05, 1.0, 20)

@@ -1,4 +1,4 @@
-"""Every scheme declares its order in time, and this measures it (design.md, "Numbers").
+"""Every scheme declares its order in time, and this measures it (the design, "Numbers").
 
 On the elastic line the finite-difference reference solves the same equations in X (both have J = 1 − βv at
 the nodes and between them its mean), and in time to a tolerance far below the schemes' errors, so the errors
@@ -60,7 +60,7 @@ def assert_declared_order(scheme, observed, what):
 
 
 def test_the_schemes_are_those_of_the_interface():
-    """interface.md and model.md: the paper's implicit scheme, a staggered one and one of second order."""
+    """Readings of the model: the paper's implicit scheme, a staggered one and one of second order."""
     assert [(cls.__name__, cls.order) for cls in DECLARED] == [
         ("Implicit", 1),
         ("SecondOrder", 2),
@@ -232,7 +232,7 @@ class Oscillator:
 @pytest.mark.parametrize("cell", [AlievPanfilov(), Oscillator()], ids=lambda cell: type(cell).__name__)
 @pytest.mark.parametrize("name", [cls.__name__ for cls in DECLARED])
 def test_membrane_of_the_users_own(name, cell):
-    """(2.1)–(2.2) at a point, any membrane (design.md: passed directly, no registry): v and each state
+    """(2.1)–(2.2) at a point, any membrane (the design: passed directly, no registry): v and each state
     converge to SciPy's solution at the declared order, in the rms over twenty times."""
     scheme = SCHEMES[name]
 

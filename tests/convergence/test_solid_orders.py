@@ -349,7 +349,7 @@ def distances(geometry, fibre, kinematics, plane=None, **parts):
 
 
 def test_a_thin_solid_is_a_sheet_in_plane_stress():
-    """Issue: "The plane cases of the sheet are recovered by a thin solid"; model.md, reading 2. With its
+    """Issue: "The plane cases of the sheet are recovered by a thin solid"; docs/model/readings.md. With its
     thickness t the difference of the solid from the sheet with free faces vanishes like t², under an active
     strain that varies in the plane, fibres oblique in it.
     """

@@ -198,7 +198,7 @@ def _little_memory():
 @settings(600)
 @hypothesis.given(data=mutated([*SHIPPED, SHEET, STRAIN]))
 def test_random_case_is_checked_or_refused(data):
-    """interface.md: wrong input is exit status 2, so nothing but InputError; what passes, survives TOML."""
+    """Interface: wrong input is exit status 2, so nothing but InputError; what passes, survives TOML."""
     try:
         case = Case.from_dict(data)
     except InputError:

@@ -554,7 +554,7 @@ if comm.rank == 0:
 
 @pytest.mark.mpi
 def test_processes_do_not_matter(on_processes, given, tmp_path):
-    """design.md, Numbers: volumes, areas, qualities and moments of the fibres, on one and two processes."""
+    """Design, Numbers: volumes, areas, qualities and moments of the fibres, on one and two processes."""
     shutil.copy(given / "body.msh", tmp_path)
     for number in (1, 2):
         on_processes(number, DRIVER, tmp_path)

@@ -85,7 +85,7 @@ def test_cells_are_sound_and_of_the_wanted_size(shape):
 
 
 def test_line():
-    """interface.md: a line 0 ≤ X ≤ length with boundaries "left" and "right"."""
+    """Interface: a line 0 ≤ X ≤ length with boundaries "left" and "right"."""
     made = body(Line(length=7.0, spacing=0.4), None)
     assert made.cells == 18  # 17.5, rounded
     np.testing.assert_allclose(volumes(made), 7.0 / 18, rtol=1e-12)

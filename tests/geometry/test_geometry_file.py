@@ -38,7 +38,7 @@ def a_case(path, **changes):
 def test_run_on_a_file(tmp_path, monkeypatch, end, other):
     """Requirements, "gmsh .msh file with tags": named ends hold the body, named regions turn the fibres.
 
-    interface.md: the path is relative to the case file's folder, wherever the command is called.
+    the interface: the path is relative to the case file's folder, wherever the command is called.
     """
     (tmp_path / "here").mkdir()
     write_mesh(tmp_path / "here" / "body.msh")

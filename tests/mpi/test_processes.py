@@ -93,7 +93,7 @@ def difference(one, two):
 
 @pytest.mark.parametrize("name", CASES)
 def test_numbers_do_not_depend_on_the_processes(runs, name):
-    """design.md: "does not depend on the number of processes beyond round-off of the solvers' tolerances"."""
+    """Design: "does not depend on the number of processes beyond round-off of the solvers' tolerances"."""
     one, two = (load_results(runs / processes / name) for processes in ("one", "two"))
     assert (one["processes"], two["processes"]) == (1, 2)
     times = [{k: p["activation_time"] for k, p in r["probes"].items()} for r in (one, two)]
@@ -138,7 +138,7 @@ def test_files_do_not_depend_on_the_processes(runs, name):
     ids=["key", "boundary", "probe", "solver"],
 )
 def test_one_message_and_no_hanging(two, tmp_path, case, changes, status, words):
-    """interface.md, exit statuses: on two processes too, with one message."""
+    """Interface, exit statuses: on two processes too, with one message."""
     file = write_case(tmp_path / "case.toml", changed(case, changes))
     done = other_process("run", file, "--out", "out", launcher=two, cwd=tmp_path, timeout=200)
     assert done.status == status, done.err

@@ -28,7 +28,7 @@ def line(tmp_path, monkeypatch):
 
 
 def test_list_has_a_line_for_every_case(tmp_path):
-    """interface.md, list: "the named cases, a line each: what it shows, size, time it takes"."""
+    """Interface, list: "the named cases, a line each: what it shows, size, time it takes"."""
     done = other_process("list", cwd=tmp_path)
     assert (done.status, done.err) == (0, "")
     lines = done.out.splitlines()
@@ -43,7 +43,7 @@ def test_list_has_a_line_for_every_case(tmp_path):
 
 @pytest.mark.parametrize("name", cases.names())
 def test_show_prints_the_file(name):
-    """interface.md, show: "a case's file, commented: copy it, edit it, run it"."""
+    """Interface, show: "a case's file, commented: copy it, edit it, run it"."""
     done = command_line("show", name)
     assert (done.status, done.err) == (0, "")
     assert done.out == cases.path(name).read_text(encoding="utf-8")
@@ -51,7 +51,7 @@ def test_show_prints_the_file(name):
 
 
 def test_shown_case_runs_as_a_file(tmp_path, monkeypatch):
-    """interface.md: the copy of a case's file is the case."""
+    """Interface: the copy of a case's file is the case."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text(command_line("show", "startup-1d").out, encoding="utf-8")
     metrics = []
@@ -78,7 +78,7 @@ def test_run_prints_the_metrics(line):
 
 
 def test_run_without_out_takes_a_new_folder(line):
-    """interface.md: nothing is overwritten: runs/NAME, then runs/NAME-2."""
+    """Interface: nothing is overwritten: runs/NAME, then runs/NAME-2."""
     for folder in ("runs/line", "runs/line-2"):
         done = command_line("run", line, "--quiet")
         assert done.status == 0, done.err
@@ -87,7 +87,7 @@ def test_run_without_out_takes_a_new_folder(line):
 
 
 def test_set_reaches_the_run_and_the_record(line):
-    """interface.md, --set and DIR/case.toml: "the case as it ran, everything resolved"."""
+    """Interface, --set and DIR/case.toml: "the case as it ran, everything resolved"."""
     arguments = ("--set", "cell.alpha=0.13", "--set", "mechanics.imposed_stretch={value=1.0, until=0.01}")
     done = command_line("run", line, "--set", "initial.potential=0.6", *arguments, "--out", "out")
     assert done.status == 0, done.err
@@ -98,13 +98,13 @@ def test_set_reaches_the_run_and_the_record(line):
 
 
 def test_no_fields_are_no_failure(line):
-    """interface.md, exit status 0 is "done": a run that wrote no fields has nothing to draw, and is done."""
+    """Interface, exit status 0 is "done": a run that wrote no fields has nothing to draw, and is done."""
     done = command_line("run", line, "--set", "output.fields=[]", "--out", "out")
     assert (done.status, done.err) == (0, "")
 
 
 def test_plot_draws_again(line):
-    """interface.md, plot DIR: "pictures from a result folder", the same as the run's."""
+    """Interface, plot DIR: "pictures from a result folder", the same as the run's."""
     assert command_line("run", line, "--out", "out").status == 0
     figures = line.parent / "out" / "figures"
     drawn = sorted(path.name for path in figures.iterdir())
@@ -149,7 +149,7 @@ def test_plot_draws_again(line):
     ids=" ".join,
 )
 def test_wrong_use(line, arguments, words):
-    """interface.md, exit status 2: "the user's input is wrong", one message, nothing written."""
+    """Interface, exit status 2: "the user's input is wrong", one message, nothing written."""
     for name, content in (
         ("empty.toml", b""),
         ("blank.toml", b"# nothing\n"),
@@ -167,7 +167,7 @@ def test_wrong_use(line, arguments, words):
 
 
 def test_help_is_no_error():
-    """Every command and option of interface.md is in the help."""
+    """Every command and option of the interface is in the help."""
     done = command_line("--help")
     assert (done.status, done.err) == (0, "")
     assert {"list", "show", "run", "plot"} <= set(done.out.split())
@@ -186,7 +186,7 @@ def test_help_is_no_error():
     ids=["fields", "no-fields"],
 )
 def test_failed_computation(tmp_path, case, changes):
-    """interface.md, exit status 3: physical time and reason; the case stays, results.json does not."""
+    """Interface, exit status 3: physical time and reason; the case stays, results.json does not."""
     out = tmp_path / "out"
     done = command_line("run", write_case(tmp_path / "case.toml", changed(case, changes)), "--out", out)
     assert done.status == 3
@@ -246,10 +246,10 @@ def test_plot_after_a_failure(line, monkeypatch):
 
     step = Electromechanics.step
 
-    def fails_later(model, end):
+    def fails_later(model, end, **others):
         if end > 0.0105:
             raise ComputationError("planted", advice="nothing.")
-        step(model, end)
+        step(model, end, **others)
 
     monkeypatch.setattr(Electromechanics, "step", fails_later)
     done = command_line("run", line, "--out", "out")
@@ -276,7 +276,7 @@ def test_unexpected_error_is_not_hidden(line, monkeypatch):
 
 
 def test_progress_without_a_terminal_is_a_line_every_few_seconds(line, monkeypatch):
-    """interface.md: under --quiet or without a terminal "a line every few seconds": time, step, time left."""
+    """Interface: under --quiet or without a terminal "a line every few seconds": time, step, time left."""
     monkeypatch.setattr(progress, "QUIET_INTERVAL", 0.0)
     done = command_line("run", line, "--quiet", "--out", "out")
     assert done.status == 0
@@ -311,7 +311,7 @@ def interrupt(folder, arguments, seconds=60.0):
 
 
 def test_interrupted_run(line):
-    """interface.md: exit status 130; what was written is readable, results.json is not there."""
+    """Interface: exit status 130; what was written is readable, results.json is not there."""
     long = changed(LINE, {"time.end": 200.0, "output.every": 0.1})
     write_case(line, long)
     status, out, err = interrupt(line.parent, ["run", line, "--out", "out", "--quiet"])

@@ -100,7 +100,7 @@ def test_list(drawn):
     ids=lambda x: " ".join(x) if x[0] in (*SOLIDS, "NeoHokean", "Rubber", "Spring") else "",
 )
 def test_wrong_input(drawn, arguments, said):
-    """interface.md: exit status 2, one message: the key, the value, what is allowed, the nearest known."""
+    """Interface: exit status 2, one message: the key, the value, what is allowed, the nearest known."""
     done = command_line("material", *arguments)
     assert (done.status, done.out) == (2, "")
     for words in said:

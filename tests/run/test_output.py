@@ -15,7 +15,7 @@ import pytest
 from small_cases import ALONE, LINE, SHEET, changed, strict_json, write_case
 from snapshot_files import check_vtx
 
-#: interface.md, "Result folder", word for word.
+#: Interface, "Result folder", word for word.
 INTERFACE = {
     "case": str, "completed": bool, "time": float, "steps": int, "processes": int, "metrics": dict,
     "probes": dict, "solver": dict, "seconds": dict, "cells": int, "unknowns": dict, "parameters": dict,
@@ -44,7 +44,7 @@ def read_probes(folder):
 
 
 def test_results_are_those_of_the_interface(run):
-    """interface.md, results.json: these keys, of these types; "add to it freely"."""
+    """Interface, results.json: these keys, of these types; "add to it freely"."""
     case, folder, returned = run
     found = strict_json((folder / "results.json").read_text(encoding="utf-8"))
     assert found == load_results(folder) == json.loads(json.dumps(returned))
@@ -54,7 +54,8 @@ def test_results_are_those_of_the_interface(run):
     assert found["time"] == case.time.end
     assert found["steps"] == round(case.time.end / case.time.step)
     for name, probe in found["probes"].items():
-        assert set(probe) == {"position", "activation_time"}
+        assert set(probe) == {"position", "activation_time", "activation_times"}
+        assert probe["activation_time"] == next(iter(probe["activation_times"]), None)
         np.testing.assert_array_equal(probe["position"][: len(case.probes[name])], case.probes[name])
     assert list(found["probes"]) == list(case.probes)
     assert {"solves", "newton", "linear", "factorizations"} <= set(found["solver"]["mechanics"])
@@ -78,7 +79,7 @@ def test_results_are_those_of_the_interface(run):
 
 
 def test_metrics_are_what_the_interface_says(run):
-    """interface.md: celerity is distance over difference of activation times between the first two probes."""
+    """Interface: celerity is distance over difference of activation times between the first two probes."""
     case, folder, results = run
     metrics = results["metrics"]
     (a, b) = (np.array(p) for p in list(case.probes.values())[:2])
@@ -114,7 +115,7 @@ def test_rigid_twin(run):
 
 
 def test_the_resolved_case_repeats_the_run(run, tmp_path):
-    """interface.md: "myostrain run DIR/case.toml repeats it": the same metrics to the last digit."""
+    """Interface: "myostrain run DIR/case.toml repeats it": the same metrics to the last digit."""
     case, folder, results = run
     again = Case.from_file(folder / "case.toml")
     assert again == case
@@ -125,15 +126,16 @@ def test_the_resolved_case_repeats_the_run(run, tmp_path):
 
 
 def test_probe_table(run):
-    """interface.md: "a row a sampled time, a column a probe and field"; the last row is the last state."""
+    """Interface: "a row a sampled time, a column a probe and field"; the last row is the last state."""
     case, folder, results = run
     header, rows = read_probes(folder)
     line = case.name == "short"
     fields = ["potential", "recovery", "activation", "displacement_x", *([] if line else ["displacement_y"])]
     assert header == ["time", *(f"{probe}.{field}" for probe in case.probes for field in fields)]
     steps = results["steps"]
-    # A row every thousandth of the run, at least every step, from 0 to the end.
-    np.testing.assert_allclose(rows[:, 0], np.linspace(0.0, case.time.end, steps + 1), rtol=1e-12)
+    # A row every thousandth of the run, at most every step that solves mechanics, from 0 to the end.
+    times = np.linspace(0.0, case.time.end, steps // case.scheme.every + 1)
+    np.testing.assert_allclose(rows[:, 0], times, rtol=1e-12)
     if line:  # where both probes are nodes; the table has nine digits
         snapshots = Snapshots(folder)
         at = [int(np.argmin(np.abs(snapshots.points[:, 0] - p[0]))) for p in case.probes.values()]
@@ -148,8 +150,9 @@ def test_snapshots(run):
         points, cells = mesh["points"], mesh["cells"]
     nodes, dim = points.shape
     assert (nodes, cells.shape) == (results["unknowns"]["potential"], (results["cells"], dim + 1))
-    frames = round(case.time.end / case.output.every) + 1
-    numbers = np.linspace(0, results["steps"], frames).round().astype(int)
+    turn = case.scheme.every  # what is written is of one time: frames are where mechanics is solved
+    apart = turn * max(1, round(case.output.every / (results["step"] * turn)))
+    numbers = sorted({*range(0, results["steps"], apart), results["steps"]})
     names = {"mesh.npz", "activation.npz", *(f"frame-{number:09d}.npz" for number in numbers)}
     assert {path.name for path in (folder / "snapshots").iterdir()} == names
     for number in numbers:
@@ -169,13 +172,13 @@ def test_snapshots(run):
 
 
 def test_vtx_holds_every_frame(run):
-    """interface.md: fields.bp is VTX, "fields over time": every time and every value of the snapshots."""
+    """Interface: fields.bp is VTX, "fields over time": every time and every value of the snapshots."""
     _, folder, _ = run
     check_vtx(folder)
 
 
 def test_figures_are_drawn(run):
-    """interface.md: figures/*.png, "what the case is about, ready to look at"."""
+    """Interface: figures/*.png, "what the case is about, ready to look at"."""
     _, folder, _ = run
     found = sorted(path.name for path in (folder / "figures").iterdir())
     assert found
@@ -183,7 +186,7 @@ def test_figures_are_drawn(run):
 
 
 def test_chosen_fields(tmp_path):
-    """interface.md, [output] fields: what is not chosen is not written; none at all is allowed too."""
+    """Interface, [output] fields: what is not chosen is not written; none at all is allowed too."""
     chosen = Case.from_dict(changed(LINE, {"output.fields": ["potential"]}))
     run_case(chosen, tmp_path / "one", comm=ALONE)
     assert Snapshots(tmp_path / "one").names == {"potential"}
@@ -195,7 +198,7 @@ def test_chosen_fields(tmp_path):
 
 
 def test_a_few_lines_of_python(tmp_path, monkeypatch):
-    """interface.md: "Everything the command line does is a few lines of Python over the public names".
+    """Interface: "Everything the command line does is a few lines of Python over the public names".
 
     Paths may be texts, as for Simulation, and the fields asked for are checked as in a case file.
     """
@@ -272,7 +275,7 @@ def test_failure_leaves_what_was_computed(tmp_path):
 
 
 def test_failure_of_the_rigid_twin_is_a_failure(tmp_path, monkeypatch):
-    """interface.md: results.json is "present only when the run ended well"; the twin is part of the run."""
+    """Interface: results.json is "present only when the run ended well"; the twin is part of the run."""
 
     def fails(self, *_):
         raise ComputationError("the twin's failure")

@@ -57,7 +57,7 @@ def test_linear_fields_are_exact_anywhere(space):
 
 
 def test_points_outside_are_refused(space):
-    """Requirements, "Bad input", and interface.md: the message names the probe and what is allowed."""
+    """Requirements, "Bad input", and the interface: the message names the probe and what is allowed."""
     dim = space.mesh.geometry.dim
     highest = nodes(space).max(axis=0)
     for point in (highest + 1e-5, [-1e-5] * dim, [1e9] * dim):
@@ -69,7 +69,7 @@ def test_points_outside_are_refused(space):
 
 
 def test_points_may_have_three_coordinates(space):
-    """interface.md, [probes]: NAME = [x, y, z]; those beyond the body's dimension must be zero."""
+    """Interface, [probes]: NAME = [x, y, z]; those beyond the body's dimension must be zero."""
     point = nodes(space)[3]
     probes = Probes(space, {"a": [*point, *[0.0] * (3 - len(point))]})
     np.testing.assert_allclose(probes.local(nodes(space)), point[None], atol=1e-14)
@@ -78,7 +78,7 @@ def test_points_may_have_three_coordinates(space):
 
 
 def test_activation_times_are_linear_in_time(space):
-    """interface.md: "first time v crosses 0.5 upward at the probe, linear in time between steps".
+    """Interface: "first time v crosses 0.5 upward at the probe, linear in time between steps".
 
     v rises linearly in time and falls again; the time T(X) of its crossing is linear in X. Steps are unequal,
     so that a crossing at the middle, or at an end, of a step is a wrong one.
@@ -107,7 +107,7 @@ def test_activation_times_are_linear_in_time(space):
 
 @pytest.mark.parametrize("history", [(0.0, 0.499, 0.2), (0.9, 0.6, 0.7), (0.9, 0.2, 0.1)])
 def test_no_activation_time_without_an_upward_crossing(space, history):
-    """interface.md: null if never; a point that begins above 0.5 does not cross it upward."""
+    """Interface: null if never; a point that begins above 0.5 does not cross it upward."""
     v = fem.Function(space)
     v.x.array[:] = history[0]
     activation = ActivationTimes(v, Probes(space, {"a": nodes(space)[1]}))
@@ -119,7 +119,7 @@ def test_no_activation_time_without_an_upward_crossing(space, history):
 
 
 def test_reactivation_from_above_counts():
-    """interface.md: the first *upward* crossing: a point above 0.5 at first has one if it rises again."""
+    """Interface: the first *upward* crossing: a point above 0.5 at first has one if it rises again."""
     found = crossing_time(np.array([0.2, 0.2, 0.9, 0.5, 0.2]), np.array([0.8, 0.4, 0.1, 0.9, 0.5]), 1.0, 3.0)
     np.testing.assert_allclose(found, [2.0, np.nan, np.nan, np.nan, 3.0], atol=1e-15)
 
@@ -185,7 +185,7 @@ def pulse_error(X, shift):
 
 
 def test_pulse_width_is_of_high_order():
-    """interface.md: width_* is the distance of upstroke and downstroke crossing of v = 0.5, in X and in x.
+    """Interface: width_* is the distance of upstroke and downstroke crossing of v = 0.5, in X and in x.
 
     The tail of each of the two fronts moves the other by less than 1e-8.
     """
@@ -194,7 +194,7 @@ def test_pulse_width_is_of_high_order():
 
 
 def test_spatial_width_is_that_of_the_deformed_line():
-    """interface.md: width_spatial is in x; on a line contracted by 0.7 it is 0.7 of the material one."""
+    """Interface: width_spatial is in x; on a line contracted by 0.7 it is 0.7 of the material one."""
     X = np.linspace(0.0, 40.0, 161)
     found = leading_pulse(X, 0.7 * X - 3.0, front(X, 29.0) - front(X, 11.0))
     assert found.width_spatial == pytest.approx(0.7 * found.width_material, rel=1e-12)
@@ -202,7 +202,7 @@ def test_spatial_width_is_that_of_the_deformed_line():
 
 
 def test_the_leading_pulse_is_taken():
-    """interface.md: "of the leading pulse": the one farthest along X, whatever is behind it."""
+    """Interface: "of the leading pulse": the one farthest along X, whatever is behind it."""
     X = np.linspace(0.0, 40.0, 401)
     v = (front(X, 12.0) - front(X, 5.0)) + (front(X, 32.0) - front(X, 22.0))
     found = leading_pulse(X, spatial(X), v)

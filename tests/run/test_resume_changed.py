@@ -142,7 +142,7 @@ CHANGED = [
 
 @pytest.mark.parametrize("key, change", CHANGED, ids=[str(list(change)) + key for key, change in CHANGED])
 def test_another_model_of_a_script_is_refused(tmp_path, key, change):
-    """design.md: "An object of the user's script is checked like a case file"; the key is named."""
+    """Design: "An object of the user's script is checked like a case file"; the key is named."""
     script(tmp_path / "out")
     with pytest.raises(InputError, match=key):
         script(tmp_path / "out", resume=True, **change)

@@ -191,7 +191,7 @@ def in_plane(rng):
 
 @pytest.mark.parametrize("kinematic", SHEETS, ids=str)
 def test_sheets_in_three_dimensions(kinematic, rng):
-    """model.md, reading 2, and (3.8): λ₃ = J / det F₂ in plane stress, 1 in plane strain, where the
+    """Readings of the model, and (3.8): λ₃ = J / det F₂ in plane stress, 1 in plane strain, where the
     pressure drives det F₂ − J to zero; J = 1 for the body, Jo where the elastic part is isochoric. The
     energy is that of 3D.
     """
@@ -215,7 +215,7 @@ def test_sheets_in_three_dimensions(kinematic, rng):
 
 
 def test_plane_stress_energy_is_model_mds(rng):
-    """model.md, reading 2: energy density μ/2 (1 + γ)(|F₂ Fo⁻¹|² + 1/(det F₂)² − 3) for the neo-Hookean
+    """Readings of the model: energy density μ/2 (1 + γ)(|F₂ Fo⁻¹|² + 1/(det F₂)² − 3) for the neo-Hookean
     sheet.
     """
     F2, gamma, n = in_plane(rng)
@@ -226,7 +226,7 @@ def test_plane_stress_energy_is_model_mds(rng):
 
 
 def test_line_is_one_dimensional(rng):
-    """model.md, reading 1: F = J = x′, no transverse direction."""
+    """Readings of the model: F = J = x′, no transverse direction."""
     F = rng.uniform(0.5, 1.5, (N, 1, 1))
     F_seen, J, *_ = Lifted(Line())(F, rng.uniform(-0.5, 0.5, N), np.ones((N, 1)))
     np.testing.assert_array_equal(F_seen, F)
@@ -247,7 +247,7 @@ def test_kinematics_describe_themselves(name):
 
 @pytest.mark.parametrize("cls", [PlaneStress, PlaneStrain])
 def test_constraint_is_one_of_two(cls):
-    """interface.md: constraint = "total" | "elastic"."""
+    """Interface: constraint = "total" | "elastic"."""
     with pytest.raises(ValueError, match="constraint"):
         cls(constraint="none")
 

@@ -40,7 +40,7 @@ def plane_stress(law, constraint, balance="conservative"):
 
 @pytest.mark.parametrize("beta", [0.5, 0.55, 0.99])
 def test_backward_parabolic_line_is_refused(beta):
-    """model.md, reading 8: ∂((1 − βv)v)/∂t = (1 − 2βv) ∂v/∂t, so that "β ≥ 1/2 must be refused there with
+    """Readings of the model: ∂((1 − βv)v)/∂t = (1 − 2βv) ∂v/∂t, so that "β ≥ 1/2 must be refused there with
     that reason"; the message names the key and the ways out."""
     with pytest.raises(ms.InputError, match=r"activation\.beta.*ill-posed.*advective.*relaxation_time"):
         line(beta=beta)
@@ -153,7 +153,7 @@ def rigid_twin(scheme, balance, steps, h, initial):
 @pytest.mark.parametrize("balance", ["conservative", "advective"])
 @each_scheme
 def test_release_is_a_jump_at_its_time(scheme, balance, steps):
-    """Figure 2 and model.md, reading 9: held at x′ = 1 for 0 < t < until, then free in no time.
+    """Figure 2 and docs/model/readings.md: held at x′ = 1 for 0 < t < until, then free in no time.
 
     Until then the line is the rigid line.  The release conserves Jv and Jw at every point (conservative), so
     that (1 − βv) v = v_held, or keeps v and w (advective).
@@ -207,7 +207,7 @@ def test_release_without_an_equilibrium_is_an_error():
 
 @pytest.mark.parametrize("value", [1.0, 1.2])
 def test_a_body_held_for_ever_is_a_rigid_one(value):
-    """interface.md: imposed_stretch until inf; x′ = s scales lengths: D/s² in X, the balance by J cancels."""
+    """Interface: imposed_stretch until inf; x′ = s scales lengths: D/s² in X, the balance by J cancels."""
     held = line(ms.SecondOrder(), held=(value, float("inf")))
     rigid = ms.Potential(
         held.potential.body,
@@ -254,7 +254,7 @@ def test_implicit_step_satisfies_the_coupled_equations():
 
 
 def test_the_fixed_point_says_when_it_does_not_converge():
-    """design.md: "Failure is an exception that names ... the solver's reason and what to try"."""
+    """Design: "Failure is an exception that names ... the solver's reason and what to try"."""
     model = line(ms.Implicit(tolerance=1e-13, max_iterations=2))
     model.start()
     with pytest.raises(ms.ComputationError, match=r"2 fixed-point iterations.*wanted 1e-13"):

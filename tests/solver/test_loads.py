@@ -172,7 +172,7 @@ WRONG = [
 
 @pytest.mark.parametrize("parts, key, words", WRONG)
 def test_wrong_loads(parts, key, words):
-    """InputError names key, value and what is allowed (interface.md)."""
+    """InputError names key, value and what is allowed (the interface)."""
     with pytest.raises(InputError) as caught:
         solid(**parts)
     assert caught.value.key == key

@@ -133,7 +133,7 @@ def check_tangent(mechanics):
 
 @pytest.mark.parametrize("relaxation_time", [0.0, 0.4])
 def test_line_residual(relaxation_time, monkeypatch):
-    """(4.2) and model.md, reading 6: stress μ (x′/(1+γ) − 1) + μ λ d/dt[(x′ − 1)/(1 + γ)], with a step of
+    """(4.2) and docs/model/readings.md: stress μ (x′/(1+γ) − 1) + μ λ d/dt[(x′ − 1)/(1 + γ)], with a step of
     0.1 from a state of other displacement and other activation, ends on springs, and a body force.
     """
     body = ms.build(ms.geometry.Line(length=2.0, spacing=0.25))

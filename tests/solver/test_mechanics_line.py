@@ -105,7 +105,7 @@ def test_hanging_line():
 
 @pytest.mark.parametrize("length, spacing", [(1e-3, 1e-4), (1e3, 25.0)])
 def test_units_are_free(length, spacing):
-    """interface.md: a case may have units; the support of a free or fixed line does not depend on their
+    """Interface: a case may have units; the support of a free or fixed line does not depend on their
     size.
     """
     body = ms.build(ms.geometry.Line(length=length, spacing=spacing))
@@ -121,7 +121,7 @@ def test_units_are_free(length, spacing):
 
 
 def test_start_states():
-    """model.md, reading 9: an elastic body starts contracted, J(0) = 1 + γ(v(0)), unless the stretch is
+    """Readings of the model: an elastic body starts contracted, J(0) = 1 + γ(v(0)), unless the stretch is
     imposed; a viscous one starts relaxed (Mechanics.start).
     """
     elastic = make(fixed=["left"])

@@ -265,7 +265,7 @@ def test_fixed_side(side, kinematic):
 
 
 def test_plane_stress_is_free_of_stress_on_its_faces():
-    """model.md, reading 2: σ₃₃ = 0, and the Cauchy stress is symmetric, where the stress varies."""
+    """Readings of the model: σ₃₃ = 0, and the Cauchy stress is symmetric, where the stress varies."""
     mechanics = make(PlaneStress(), MOONEY, robin=1.0)
     random_activation(mechanics)
     mechanics.start()
@@ -321,7 +321,7 @@ BAD = {
 
 @pytest.mark.parametrize("parts, key, said", BAD.values(), ids=BAD.keys())
 def test_parts_that_do_not_fit(parts, key, said):
-    """Mechanics: InputError names the key and what is allowed, before anything is solved (interface.md)."""
+    """Mechanics: InputError names the key and what is allowed, before anything is solved (the interface)."""
     parts = dict(kinematics=PlaneStress(), material=NEO) | parts
     geometry = parts.pop("body", None)
     body = ms.build(geometry) if geometry else sheet()

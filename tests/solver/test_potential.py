@@ -45,7 +45,8 @@ def low_bump(X):
 @pytest.mark.parametrize("body", list(BODIES))
 @pytest.mark.parametrize("scheme", list(SCHEMES))
 def test_conservative_balance_conserves_the_amount(scheme, body):
-    """(2.5), (3.5): with A = 0 and no flux, ∫ J v is what it was, through a release too (model.md, 9).
+    """(2.5), (3.5): with A = 0 and no flux, ∫ J v is what it was, through a release too
+    (docs/model/readings.md, 9).
 
     At every step, to the round-off of 25 solves: measured 6e-14 at most, with the linear solver at 1e-14.
     """
@@ -83,7 +84,7 @@ def test_conservation_is_that_of_the_linear_solver(mass):
 
 @pytest.mark.parametrize("scheme", list(SCHEMES))
 def test_advective_balance_does_not(scheme):
-    """model.md, reading 7: J ∂v/∂t is another model.  ∫ J v changes by 0.9 % as the bump flattens."""
+    """Readings of the model: J ∂v/∂t is another model.  ∫ J v changes by 0.9 % as the bump flattens."""
     found = amounts(line(SCHEMES[scheme], membrane=INERT, initial=low_bump, balance="advective"))
     assert 0.005 < found[-1] / found[0] - 1 < 0.02
 
@@ -241,7 +242,7 @@ def test_wrong_input_is_refused(change, message):
 
 
 def test_a_direct_solver_can_be_asked_for():
-    """design.md: users can reach every PETSc option; "preonly" and a factorization are one pair."""
+    """Design: users can reach every PETSc option; "preonly" and a factorization are one pair."""
     results = []
     for options in (TIGHT, {"ksp_type": "preonly", "pc_type": "lu"}):
         model = line(ms.SecondOrder(), initial=low_bump, options=options)

@@ -50,7 +50,7 @@ def volume(constraint, active):
 
 @pytest.mark.parametrize("gamma", [-0.3, -0.1, 0.2])
 def test_formulas_of_the_reference(gamma):
-    """README of the reference data, closed forms, and model.md: what theory.solids gives for Fo = 1 + γ n⊗n
+    """Closed forms and docs/model/readings.md: what theory.solids gives for Fo = 1 + γ n⊗n
     and J = 1, for isochoric Fo, and for det Fe = 1, letter by letter.
     """
     a, lam = 1 + gamma, np.array([0.8, 1.0, 1.25])

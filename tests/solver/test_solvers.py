@@ -129,7 +129,7 @@ def test_a_looser_tolerance_costs_less_and_errs_more():
 
 
 def test_counters_count():
-    """interface.md, results.json: solves, Newton corrections, linear solves, factorizations are what was
+    """Interface, results.json: solves, Newton corrections, linear solves, factorizations are what was
     done. On the line with the activation unchanged everything is linear: one correction, confirmed by a
     second that is nought.
     """
@@ -150,7 +150,7 @@ def test_counters_count():
 
 
 def test_iterations_of_the_linear_solver_are_counted():
-    """interface.md, results.json: "linear" counts the iterations of an iterative solver."""
+    """Interface, results.json: "linear" counts the iterations of an iterative solver."""
     direct, iterative = make(), make(options=GMRES)
     for mechanics in (direct, iterative):
         random_activation(mechanics)
@@ -256,7 +256,7 @@ except ZeroDivisionError:
 
 
 def test_bodies_that_go_away_with_an_exception():
-    """design.md: failure is an exception, never a hang. Bodies may be freed while it propagates; mpi4py 4.1
+    """Design: failure is an exception, never a hang. Bodies may be freed while it propagates; mpi4py 4.1
     then leaves a lock locked if the mesh's own communicator has had a pickling collective (``allreduce``,
     ``allgather``, ``bcast``), and the next one freed waits for ever.
     """
@@ -268,7 +268,7 @@ def test_bodies_that_go_away_with_an_exception():
 @pytest.mark.parametrize("side", ["left", "top"])
 @pytest.mark.parametrize("kinematic", [PlaneStress(), PlaneStrain()], ids=str)
 def test_the_papers_contraction_in_one_jump(kinematic, side):
-    """Mechanics.start: an elastic body begins contracted where it is activated (model.md, reading 9). The
+    """Mechanics.start: an elastic body begins contracted where it is activated (docs/model/readings.md). The
     paper's γ = −0.3 everywhere, at once, on a sheet fixed at a side: undamped Newton with fresh tangents
     needs 8 corrections.
     """
@@ -296,7 +296,7 @@ def test_the_papers_contraction_in_one_jump(kinematic, side):
 
 
 def test_user_options_win():
-    """design.md: users can reach every solver: the option is set on the solver, over the package's own."""
+    """Design: users can reach every solver: the option is set on the solver, over the package's own."""
     matrix = PETSc.Mat().createAIJ((3, 3), comm=MPI.COMM_SELF)
     ksp = make_ksp(matrix, "mechanics", {"ksp_type": "preonly", "pc_type": "lu"}, GMRES)
     assert (ksp.getType(), ksp.getPC().getType()) == ("gmres", "jacobi")
@@ -321,7 +321,7 @@ def test_user_options_win():
     ],
 )
 def test_unknown_options_are_refused(options, key):
-    """design.md warns of silently ignored options; interface.md: exit status 2 with one message that
+    """Design warns of silently ignored options; the interface: exit status 2 with one message that
     names the key.
     """
     with pytest.raises(ms.InputError) as caught:
@@ -333,7 +333,7 @@ def test_unknown_options_are_refused(options, key):
     "options", [GMRES, {"pc_type": "lu", "ksp_type": "preonly"}, {"ksp_type": "cg", "pc_type": "icc"}]
 )
 def test_options_reach_the_mechanics(options, monkeypatch):
-    """interface.md, [solver.mechanics]: another linear solver, the same equilibrium (to the tolerance)."""
+    """Interface, [solver.mechanics]: another linear solver, the same equilibrium (to the tolerance)."""
     reference, mechanics = make(), make(options=options)
     for each in (reference, mechanics):
         random_activation(each)

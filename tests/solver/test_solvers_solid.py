@@ -59,7 +59,7 @@ def test_anderson_solves_linear_problems_in_as_many_steps_as_dimensions():
 
 @pytest.mark.parametrize("material", MATERIALS)
 def test_the_result_does_not_depend_on_the_solver(material):
-    """design.md: the equilibrium is that of the equations to the tolerance, by whatever solver: kept factors
+    """Design: the equilibrium is that of the equations to the tolerance, by whatever solver: kept factors
     and blocks against Newton's method with a fresh factorization in every correction.
     """
     found = {}

@@ -34,14 +34,14 @@ def test_killed_at_any_moment_a_resumed_run_ends_with_the_same_result(campaign):
 
 
 def test_interrupted_it_leaves_a_checkpoint(campaign):
-    """interface.md: exit status 130 after SIGINT and 143 after SIGTERM, each after a checkpoint."""
+    """Interface: exit status 130 after SIGINT and 143 after SIGTERM, each after a checkpoint."""
     survived(campaign.signals(BARE, 1), 1)
 
 
 @pytest.mark.mpi
 @pytest.mark.skipif(MPIEXEC is None, reason="there is no mpiexec beside this Python or on the path")
 def test_a_run_goes_on_with_another_number_of_processes(campaign):
-    """design.md: the result does not depend on the number of processes; to 1e-6 here."""
+    """Design: the result does not depend on the number of processes; to 1e-6 here."""
     survived(campaign.other_processes(BARE, 2, 1), 1)
 
 
@@ -51,7 +51,7 @@ def test_a_damaged_checkpoint_is_noticed_and_the_one_before_it_is_used(campaign)
 
 
 def test_a_full_disk_is_a_failure_that_a_resumed_run_repairs(campaign):
-    """interface.md: exit status 3 and a message."""
+    """Interface: exit status 3 and a message."""
     survived(campaign.file_limit(BARE, (0.8,)), 1)
 
 

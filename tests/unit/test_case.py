@@ -13,7 +13,7 @@ from small_cases import LINE, SHEET, changed, command_line, write_case
 
 @pytest.mark.parametrize("name", cases.names())
 def test_shipped_case_loads_and_its_resolved_form_is_the_same_case(name):
-    """interface.md: DIR/case.toml holds "everything resolved: myostrain run DIR/case.toml repeats it"."""
+    """Interface: DIR/case.toml holds "everything resolved: myostrain run DIR/case.toml repeats it"."""
     case = Case.from_file(cases.path(name))
     again = Case.from_dict(tomllib.loads(case.to_toml()), name="another")
     assert again == case
@@ -24,7 +24,7 @@ def test_shipped_case_loads_and_its_resolved_form_is_the_same_case(name):
 
 
 def test_cases_that_ship():
-    """Requirements, "Cases that ship"; interface.md names the lengths, bumps, probes and parameters."""
+    """Requirements, "Cases that ship"; the interface names the lengths, bumps, probes and parameters."""
     assert set(cases.names()) >= {"pulse-1d", "pulse-1d-rigid", "front-1d", "startup-1d", "sheet-2d"}
     made = {name: Case.from_file(cases.path(name)) for name in cases.names()}
     for name in ("pulse-1d", "pulse-1d-rigid", "front-1d"):
@@ -103,7 +103,7 @@ HELD = "mechanics.imposed_stretch={value=1.1, until=0.01}"
     ],
 )  # fmt: skip
 def test_set(tmp_path, overrides, read, value):
-    """interface.md: ``--set`` "overrides one key, values in TOML syntax"; nested tables, later ones win."""
+    """Interface: ``--set`` "overrides one key, values in TOML syntax"; nested tables, later ones win."""
     file = write_case(tmp_path / "line.toml", LINE)
     assert read(Case.from_file(file, overrides)) == value
 
@@ -127,7 +127,7 @@ def test_set(tmp_path, overrides, read, value):
     ],
 )
 def test_set_of_a_wrong_form_is_refused(tmp_path, override, words):
-    """interface.md: exit status 2 with one message that names the key."""
+    """Interface: exit status 2 with one message that names the key."""
     out = tmp_path / "out"
     done = command_line(
         "run", write_case(tmp_path / "line.toml", LINE), "--set", override, "--out", out, "--quiet"

@@ -28,7 +28,7 @@ def column(path, name):
 
 
 def test_a_coupled_slab_from_the_command_line(tmp_path):
-    """interface.md: results, probes, measures and pictures of a solid; its volume is kept."""
+    """Interface: results, probes, measures and pictures of a solid; its volume is kept."""
     results, out = run(tmp_path, SOLID)
     assert results["completed"] is True
     assert results["cells"] == 60
@@ -187,7 +187,7 @@ WRONG = [
 
 @pytest.mark.parametrize("case, changes, key, words", WRONG)
 def test_wrong_keys_of_solids(case, changes, key, words):
-    """InputError names the key, what is allowed, the nearest known one (interface.md)."""
+    """InputError names the key, what is allowed, the nearest known one (the interface)."""
     with pytest.raises(InputError) as caught:
         Case.from_dict(changed(case, changes))
     assert caught.value.key.startswith(key)

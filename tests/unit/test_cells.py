@@ -108,7 +108,7 @@ def test_one_step_uses_the_exact_slope_of_the_current(cell):
 
 
 def test_a_users_own_membrane_drives_a_contracting_line():
-    """design.md: "In a user's own script the instance is passed directly (no registry)".
+    """Design: "In a user's own script the instance is passed directly (no registry)".
 
     A half excited line fires, contracts by γ(v) and the gate closes.
     """

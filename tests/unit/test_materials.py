@@ -165,7 +165,7 @@ def test_incompressible_materials_are_the_papers(material, rng):
 
 
 def test_spring_is_linear(rng):
-    """(4.2): P = μ (Fe − 1), so that the least energy is at Fe = 1 (model.md, reading 1)."""
+    """(4.2): P = μ (Fe − 1), so that the least energy is at Fe = 1 (docs/model/readings.md)."""
     Fe = rng.uniform(0.2, 2.0, (N, 1, 1))
     W, P, _ = Points(Spring(mu=2.5))(Fe, np.ones((N, 1, 1)))
     np.testing.assert_allclose(P, 2.5 * (Fe - 1), rtol=0, atol=1e-14)
@@ -175,7 +175,7 @@ def test_spring_is_linear(rng):
 @pytest.mark.parametrize("cls, name", [(cls, f.name) for cls in CLASSES for f in dataclasses.fields(cls)])
 @pytest.mark.parametrize("value", [-1.0, np.nan, np.inf, "stiff"])
 def test_parameters_are_checked(cls, name, value):
-    """design.md: descriptions are validated. What is no number, infinite or negative is refused at once."""
+    """Design: descriptions are validated. What is no number, infinite or negative is refused at once."""
     with pytest.raises(ValueError, match=name):
         cls(**{name: value})
 
@@ -188,7 +188,7 @@ def test_a_modulus_is_positive(cls):
 
 
 def test_descriptions_are_frozen_and_know_their_names():
-    """design.md: descriptions are frozen and validated; options are never silently ignored."""
+    """Design: descriptions are frozen and validated; options are never silently ignored."""
     with pytest.raises(ValueError, match="mu_2"):
         MooneyRivlin(mu_2=-0.1)
     with pytest.raises(ValueError, match="mu_2"):

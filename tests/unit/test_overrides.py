@@ -48,7 +48,7 @@ def test_a_bare_word_is_a_text(tmp_path, text):
     ["title=a b", "title=a\nb", "title=\udcff", "title=[1", "a.b.c.d.e.f.g.h.i=1", "title=" + "[" * 5000],
 )
 def test_what_is_no_assignment(tmp_path, assignment):
-    """interface.md: exit status 2, that is InputError, of --set."""
+    """Interface: exit status 2, that is InputError, of --set."""
     with pytest.raises(InputError, match=r"^--set.*") as caught:
         Case.from_file(write_case(tmp_path / "case.toml", LINE), [assignment])
     str(caught.value).encode()
