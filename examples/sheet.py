@@ -8,7 +8,7 @@ mechanics = ms.Mechanics(
     body,
     kinematics=ms.kinematics.PlaneStress(),
     material=ms.materials.NeoHookean(mu=1.0),
-    supports=ms.Supports(robin=1.0),
+    supports=ms.Supports(robin=1.0),  # elastic support of the boundary
 )
 cell = ms.membranes.FitzHughNagumo(alpha=0.1, tau=0.2, A=100.0)
 start = ms.InitialValues(where=ms.Place(center=(95, 25), radius=8), potential=0.9)

@@ -8,6 +8,7 @@ import time
 import tomllib
 
 from myostrain import Case, ComputationError, cases
+from myostrain.case import building
 from myostrain.output.snapshots import Snapshots
 from myostrain.run import progress
 from myostrain.run.retries import REMEDIES
@@ -269,7 +270,7 @@ def test_unexpected_error_is_not_hidden(line, monkeypatch):
     def breaks(*_, **__):
         raise RuntimeError("a defect")
 
-    monkeypatch.setattr(Case, "build", breaks)
+    monkeypatch.setattr(building, "model", breaks)
     done = command_line("run", line, "--out", "out")
     assert done.status == 1
     assert "RuntimeError: a defect" in done.err

@@ -39,7 +39,7 @@ def test_held_folder_is_refused_untouched(tmp_path):
 FOREIGN = (
     *("notes.txt", "figures/mine.png", "snapshots/mine.npz", "rigid/notes.txt", "old/results.json"),
     *("fields.bp/mine", "fields.bp/deep/mine", "checkpoint/mine.ckpt", "checkpoint/step-1-mine.ckpt"),
-    *("rigid/checkpoint/mine.ckpt", "snapshots/frame-000009999.npz", "measures.csv", "lines.csv"),
+    *("rigid/checkpoint/mine.ckpt", "snapshots/frame-000009999.npz", "measures.txt", "lines.csv"),
 )
 
 
@@ -187,7 +187,7 @@ def test_force_replaces_an_earlier_run_wholly(tmp_path):
     assert (out / "rigid").exists()
     run_case(Case.from_dict(changed(LINE, {"probes": {}})), out, comm=ALONE, force=True, figures=False)
     left = {path.name for path in out.iterdir()}
-    written = {"case.toml", "results.json", "fields.bp", "snapshots", "checkpoint", "run.log"}
+    written = {"case.toml", "results.json", "fields.bp", "snapshots", "checkpoint", "run.log", "measures.csv"}
     assert left == {*written, ".manifest"}
 
 

@@ -112,7 +112,7 @@ def script(out, *, resume=False, material=None, kinematics=None, scheme=None, la
         body,
         kinematics=kinematics or ms.kinematics.Line(),
         material=material or ms.materials.Spring(mu=1.0),
-        fixed=["left"],
+        supports=ms.Supports(fixed=("left",), robin=others.pop("robin", 0.0)),
         **others,
     )
     v = ms.Potential(
@@ -133,7 +133,7 @@ CHANGED = [
     ("potential.diffusivity", {"diffusivity": 2.0}),
     ("potential.mass", {"mass": "averaged"}),
     ("scheme", {"scheme": ms.Staggered()}),
-    ("mechanics.robin", {"robin": 1.0}),
+    ("mechanics.*robin", {"robin": 1.0}),
     ("mechanics.relaxation_time", {"relaxation_time": 0.1}),
     ("probes.a", {"probes": {"a": [7.0]}}),
     ("time.end", {"step": 2e-3}),
