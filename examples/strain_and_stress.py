@@ -16,6 +16,7 @@ for name, (law, active) in activations.items():
         material=ms.materials.Guccione1995(),
         active=active,
         supports=ms.Supports(sliding=["left", "front", "bottom"]),
+        # A pull of up to 5 kPa, after the contraction.
         loads=ms.Loads(pressure={"right": ((1, 0), (2, -5))}),
     )
     model = ms.Electromechanics(drive, mechanics, law=law, scheme=ms.Implicit())

@@ -166,7 +166,7 @@ def test_own_material_and_deformation_of_a_solid(solid, v):
         material=solid["Reinforced"](mu=1.5, kappa_f=3.0, kappa_s=0.7),
         active=solid["Biaxial"](share=0.4),
         supports=ms.Supports(sliding=["left", "front", "bottom"]),
-        loads=ms.Loads(pressure={"right": -0.5}),
+        loads=ms.Loads(pressure={"right": -0.5}),  # without a pull Fe = 1, whatever W is
     )
     mechanics.activation.x.array[:] = -0.25 * v
     mechanics.start()

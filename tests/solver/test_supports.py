@@ -245,6 +245,17 @@ def test_stress_is_integrated_with_the_measure_of_the_solver():
     close(found, MU * (1.25**2 - 1.25**-1) * SIDES[0] * SIDES[1])
 
 
+def test_advice_where_no_equilibrium_is_found():
+    """The message names what helps a slender free body, too: supports and the tolerance."""
+    mechanics = made(Solid(bulk_modulus=10.0), 1.0)
+    mechanics.solver._max = 1
+    mechanics.activation.x.array[:] = -0.3
+    with pytest.raises(ComputationError) as caught:
+        mechanics.start()
+    assert "supports" in caught.value.advice
+    assert "mechanics.tolerance" in caught.value.advice
+
+
 WRONG = [
     (dict(kinematics="plane-stress"), "mechanics.kinematics", "PlaneStress()"),
     (dict(kinematics=PlaneStress), "mechanics.kinematics", "PlaneStress()"),

@@ -155,7 +155,7 @@ class Mechanics:
                 *self.external.constants,
             ],
             advice="a smaller time step, activation or load; more supports, where a slender body is free; "
-            "another mechanics.tolerance.",
+            "a smaller mechanics.tolerance.",
         )
         self.pins = len(pins)
         self._balance: Balance | None = None
