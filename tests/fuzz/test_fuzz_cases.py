@@ -10,6 +10,7 @@ import tomllib
 from pathlib import Path
 
 from myostrain import Case, ComputationError, InputError, cases
+from myostrain.case import building
 from myostrain.case import size_estimate as sizes
 from myostrain.case.sections import SECTIONS, TEXTS
 
@@ -271,6 +272,6 @@ def test_the_property_can_fail(monkeypatch):
     """Each arm of it: a run, a refusal, a failure; and a traceback is not let through."""
     assert holds(TEXT.encode()) == "runs"
     assert holds(TEXT.replace("length = 20.0", "length = -1").encode()) == "refused"
-    monkeypatch.setattr(Case, "build", lambda *_: 1 / 0)
+    monkeypatch.setattr(building, "model", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         holds(TEXT.encode())

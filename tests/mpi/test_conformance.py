@@ -157,7 +157,8 @@ def test_differences_are_found(tmp_path):
         (folder / "snapshots").mkdir(parents=True)
         metrics = {"potential_max": value, "celerity": None}
         same = dict.fromkeys(("cells", "unknowns", "steps", "time", "parameters"), 1)
-        (folder / "results.json").write_text(json.dumps({**same, "metrics": metrics}))
+        results = {**same, "metrics": metrics, "seconds": {}}
+        (folder / "results.json").write_text(json.dumps(results))
         (folder / "probes.csv").write_text(f"time,a.potential\n0.0,{value!r}\n")
         np.savez(folder / "snapshots" / "mesh.npz", points=[[0.0], [1.0]], cells=[[0, 1]])
         np.savez(folder / "snapshots" / "frame-000000000.npz", time=0.0, potential=[0.0, value])
