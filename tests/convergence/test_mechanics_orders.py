@@ -14,19 +14,9 @@ import ufl
 from scipy.integrate import solve_ivp
 
 from mechanics_tools import GivenStrain, described
+from order_tools import norm, orders
 
 BETA, MU, MU_2 = 0.3, 1.3, 0.5
-
-
-def norm(expression, degree=8):
-    """L2 norm over the body."""
-    square = ufl.inner(expression, expression) * ufl.dx(metadata={"quadrature_degree": degree})
-    return np.sqrt(fem.assemble_scalar(compile_form(square)))
-
-
-def orders(errors):
-    """Orders between successive halvings of the mesh size or step, (n − 1, quantities)."""
-    return np.log2(np.asarray(errors[:-1]) / np.asarray(errors[1:]))
 
 
 # A manufactured sheet on springs (7.8): u*, γ and the stress vanish at the boundary of the unit disk to the

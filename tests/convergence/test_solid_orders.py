@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 import ufl
 from scipy.integrate import solve_ivp
-from test_mechanics_orders import norm, orders
 
 from mechanics_tools import GivenStrain, described
+from order_tools import norm, orders
 from solid_tools import DEFORMATIONS, Solids, block, frame, quick_kernels
 
 MU = 1.3

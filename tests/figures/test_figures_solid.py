@@ -16,8 +16,8 @@ from myostrain.output.figures.surface import boundary, boundary_triangles, cut_o
 import numpy as np
 import pytest
 from PIL import Image
-from test_figures import check_pictures, finish, names, pixels, share
 
+from picture_tools import check_pictures, finish, names, pixels, share
 from small_cases import command_line
 from snapshot_files import write_snapshots
 

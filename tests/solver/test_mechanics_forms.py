@@ -11,9 +11,8 @@ from myostrain.materials import MooneyRivlin, NeoHookean, Spring
 import numpy as np
 import pytest
 import ufl
-from dolfinx.fem import petsc as fem_petsc
 
-from mechanics_tools import Recorded, described, random_activation, sheet
+from mechanics_tools import Recorded, check_tangent, described, random_activation, sheet
 
 DEGREE = 4  # of the quadrature, the same on both sides
 ROBIN, BETA = 0.7, 0.35
@@ -105,30 +104,6 @@ def test_residual_is_the_printed_stress_and_the_tangent_its_derivative(kinematic
     # Measured 1e-15 of the largest entry.
     np.testing.assert_allclose(vector, printed, rtol=0, atol=1e-12 * np.abs(printed).max())
     check_tangent(mechanics)
-
-
-def check_tangent(mechanics):
-    """The tangent that the solver factorizes against fourth-order differences of the residual."""
-    form, unknown = mechanics.solver.residual, mechanics.solver.unknown
-    residual = compile_form(form)
-    state = unknown.x.array.copy()
-    direction = np.random.default_rng(3).uniform(-1, 1, len(state))
-    tangent = fem_petsc.assemble_matrix(compile_form(ufl.derivative(form, unknown)))
-    tangent.assemble()
-    product, d = tangent.createVecLeft(), tangent.createVecRight()
-    d.array[:] = direction
-    tangent.mult(d, product)
-
-    def at(h):
-        unknown.x.array[:] = state + h * direction
-        return fem.assemble_vector(residual).array
-
-    h = 1e-4
-    rate = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
-    unknown.x.array[:] = state
-    # Measured 8e-12 at most of the largest entry: round-off / h, and h⁴ of the plane-stress 1/(det F₂)².
-    np.testing.assert_allclose(rate, product.array, rtol=0, atol=2e-10 * np.abs(product.array).max())
-    assert tangent.isSymmetric(1e-12 * np.abs(product.array).max())
 
 
 @pytest.mark.parametrize("relaxation_time", [0.0, 0.4])

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 import ufl
 from scipy.integrate import solve_ivp
-from test_mechanics_forms import check_tangent
 
 from mechanics_tools import (
     GivenStrain,
     Recorded,
     active,
     at_midpoints,
+    check_tangent,
     deformations,
     described,
     directions,

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 import ufl
 from scipy.optimize import minimize_scalar
-from test_materials import Points as Uncached
-from test_materials import changed
 
+from material_tools import Points as Uncached
+from material_tools import changed
 from mechanics_tools import deformations, rotations
 from solid_tools import Parts, block, recorded
 
