@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, Any, dataclass_transform
 
 from myostrain.engine import fem
-from myostrain.errors import InputError, shown
+from myostrain.errors import InputError, nearest, shown
 
 import pydantic
 from pydantic import ConfigDict, Field
@@ -30,7 +30,54 @@ Flag = Annotated[bool, Field(strict=True)]
 def description[T](cls: type[T]) -> type[T]:
     """Make a class a frozen dataclass whose values are checked; unknown names are refused."""
     config = ConfigDict(extra="forbid", arbitrary_types_allowed=True)
-    return pydantic.dataclasses.dataclass(frozen=True, config=config)(cls)  # type: ignore[return-value]
+    made: Any = pydantic.dataclasses.dataclass(frozen=True, config=config)(cls)
+    make = made.__init__
+
+    @functools.wraps(make)
+    def checked_init(self: Any, *arguments: Any, **named: Any) -> None:
+        try:
+            make(self, *arguments, **named)
+        except pydantic.ValidationError as error:
+            raise _in_words(error, cls) from None
+
+    made.__init__ = checked_init
+    return made
+
+
+class InvalidDescription(InputError):
+    """A description whose values were refused.
+
+    Args:
+        message: What is wrong.
+        found: What pydantic says of it.
+    """
+
+    def __init__(self, message: str, found: Any) -> None:
+        super().__init__(message)
+        self.found = found
+
+
+def _in_words(error: pydantic.ValidationError, cls: type) -> InputError:
+    """The deepest of pydantic's complaints in the words of a script: class, parameter, what is allowed."""
+    found: Any = deepest(error)
+    cause = found.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):  # of values that do not go together, by the class itself
+        return cause
+    place = [str(part) for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
+    kind = str(typing.get_type_hints(cls).get(place[0])) if place else ""
+    if found["type"] == "unexpected_keyword_argument":
+        known = [field.name for field in dataclasses.fields(cls)]
+        said = f"no such parameter; {nearest(place[-1], known)}"
+    elif found["type"] == "missing":
+        said = "missing"
+    else:
+        said = plain_words(found, kind) + (f", not {shown(found['input'])}" if place else "")
+    return InvalidDescription(f"{'.'.join([cls.__name__, *place])}: {said}", found)
+
+
+def deepest(error: pydantic.ValidationError) -> Any:
+    """Of a union's complaints, the one that went deepest, and about the value rather than the type."""
+    return max(error.errors(), key=lambda e: (len(e["loc"]), not e["type"].endswith("_type")))
 
 
 def refuse_former(given: Mapping[str, Any], former: Mapping[str, str], who: str) -> None:
@@ -90,8 +137,7 @@ def checked(kind: Any, value: Any, key: str, text: str = "") -> Any:
     try:
         return pydantic.TypeAdapter(kind).validate_python(value)
     except pydantic.ValidationError as error:
-        # Of a union's complaints, the one that went deepest, and about the value rather than the type.
-        found = max(error.errors(), key=lambda e: (len(e["loc"]), not e["type"].endswith("_type")))
+        found = deepest(error)
     place = [str(part) for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
     place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple")]
     raise InputError(f"{plain_words(found, text)}, not {shown(found['input'])}", ".".join([key, *place]))

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 from myostrain import Case, InputError
+from myostrain.case.overrides import override
 from myostrain.solvers.options import check_options
 
 import pytest
@@ -159,3 +160,13 @@ def test_what_petsc_prints_is_printed(tmp_path, capfd):
     told = capfd.readouterr().out
     assert all(words in told for words in ("KSP Residual norm", "solve converged", "type: gmres"))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_one_of_several_sections_is_named_by_its_number():
+    """override, docstring: ``stimulus.2.strength=20``, from 1 on; another number is refused."""
+    data = {"stimulus": [{"strength": 1.0}, {"strength": 2.0}]}
+    override(data, ["stimulus.2.strength=20.0", "stimulus.1={strength=3.0}"])
+    assert data == {"stimulus": [{"strength": 3.0}, {"strength": 20.0}]}
+    for wrong in ("stimulus.3.strength=1.0", "stimulus.strength=1.0", "stimulus.0={}"):
+        with pytest.raises(InputError, match="there are 2 of this section"):
+            override(data, [wrong])

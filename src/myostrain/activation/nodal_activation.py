@@ -184,8 +184,9 @@ def _called(law: Any, method: str, *arguments: Any) -> Any:
     try:
         return getattr(law, method)(*arguments)
     except (TypeError, ValueError, IndexError, KeyError, AttributeError) as error:
+        hint = "; declare it in drivers" if isinstance(error, KeyError) else ""
         raise InputError(
-            f"{type(law).__name__}.{method} failed: {type(error).__name__}: {error}", "activation.law"
+            f"{type(law).__name__}.{method} failed: {type(error).__name__}: {error}{hint}", "activation.law"
         ) from error
 
 

@@ -17,7 +17,8 @@ def override(data: dict[str, Any], assignments: Sequence[str]) -> None:
 
     Args:
         data: The case; changed in place.
-        assignments: Dotted keys, and values in TOML syntax; a bare word is a text.
+        assignments: Dotted keys, and values in TOML syntax; a bare word is a text. Of several sections of a
+            name, the number follows it: ``stimulus.2.strength=20``.
 
     Raises:
         InputError: An assignment is of another form.
@@ -33,12 +34,29 @@ def _assign(data: dict[str, Any], assignment: str) -> None:
     path = [part.strip() for part in key.split(".")]
     if not equals or not all(path) or len(path) > DEPTH:
         raise InputError(f"'{assignment}' is not of the form KEY=VALUE, such as cell.alpha=0.13", "--set")
-    at = data
+    at: Any = data
     for part in path[:-1]:
-        at = at.setdefault(part, {})
-        if not isinstance(at, dict):
+        at = _within(at, part, key)
+        if not isinstance(at, dict | list):
             raise InputError(f"'{part}' is a value, not a section", f"--set {key}")
-    at[path[-1]] = _value(key, text)
+    if isinstance(at, list):  # the sections [[...]], counted from 1 as in messages
+        _within(at, path[-1], key)
+        at[int(path[-1]) - 1] = _value(key, text)
+    else:
+        at[path[-1]] = _value(key, text)
+
+
+def _within(at: Any, part: str, key: str) -> Any:
+    """What a part of a dotted key names: a table, made if it is not there, or one of several sections."""
+    if isinstance(at, dict):
+        return at.setdefault(part, {})
+    if not part.isdecimal() or not 1 <= int(part) <= len(at):
+        raise InputError(
+            f"there are {len(at)} of this section: name one by its number, from 1 on, before the key, or "
+            "give all of them as a list",
+            f"--set {key}",
+        )
+    return at[int(part) - 1]
 
 
 def _value(key: str, text: str) -> Any:

@@ -11,7 +11,7 @@ from typing import Any
 from myostrain.electrics import Place
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.solvers.options import check_options
-from myostrain.validation import Finite, plain_words
+from myostrain.validation import Finite, InvalidDescription, plain_words
 
 import pydantic
 
@@ -49,12 +49,8 @@ def make(
             raise InputError(f"no such key; {nearest(key, [*fields, *also])}", dotted(where, key))
     try:
         return cls(**values)
-    except pydantic.ValidationError as error:
-        # Of a union's complaints, the one that went deepest, and about the value rather than the type.
-        found = max(error.errors(), key=lambda e: (len(e["loc"]), not e["type"].endswith("_type")))
-    cause = found.get("ctx", {}).get("error")
-    if isinstance(cause, InputError):  # of values that do not go together, by the class itself
-        raise cause from None
+    except InvalidDescription as error:
+        found = error.found
     place = [part for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
     place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple", "ImposedStretch")]
     where = (sections or {}).get(str(place[0]), section) if place else section

@@ -90,7 +90,7 @@ class Potential:
         self,
         body: Body,
         *,
-        membrane: Membrane,
+        membrane: Membrane | None = None,
         diffusivity: float | tuple[float, float] = 1.0,
         balance: Balance = "conservative",
         mass: Mass = "lumped",
@@ -103,6 +103,8 @@ class Potential:
         **former: Any,
     ) -> None:
         refuse_former(former, FORMER, "Potential")
+        if membrane is None:
+            raise InputError("give a membrane, such as membrane=ms.membranes.FitzHughNagumo()", "cell.model")
         if balance not in ("conservative", "advective"):
             raise InputError(
                 f"'{balance}' is no balance; allowed: conservative, advective", "potential.balance"

@@ -16,7 +16,8 @@ class FitzHughNagumo:
         alpha: Excitation threshold α, between 0 and 1; 0.1 in the paper.
         tau: Recovery time τ, positive; 0.2 in the paper.
         A: Rate A of the reaction, zero or more; 100 in the paper. Zero leaves pure diffusion.
-        recovery: Whether w exists; without it fronts travel instead of pulses (section 4.1).
+        recovery: Whether w, the state called "recovery", exists; without it fronts travel instead of
+            pulses (section 4.1).
     """
 
     alpha: Annotated[float, Field(gt=0, lt=1, strict=True)] = 0.1

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+from myostrain.errors import InputError
 
 
 class Schedule:
@@ -72,6 +75,15 @@ class Callback:
 
     call: Callable[[Any], None]
     every: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be called, and an interval that is none."""
+        if not callable(self.call):
+            raise InputError(f"Callback.call: give a function of the simulation, not {self.call!r}")
+        if self.every is not None and not 0 < self.every < math.inf:
+            raise InputError(
+                f"Callback.every: give a positive time, or None for every step, not {self.every}"
+            )
 
 
 def callbacks(given: Sequence[Callback | Callable[[Any], None]]) -> list[Callback]:

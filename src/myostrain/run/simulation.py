@@ -133,12 +133,12 @@ class Simulation:
                 self._fields_due.interval,
             )
         self._callbacks = [
-            (
-                each.call,
-                Schedule(self.step if each.every is None else each.every, self.step, self.steps, turn),
-            )
+            (each.call, Schedule(each.every or self.step * turn, self.step, self.steps, turn))
             for each in callbacks(on_step)
         ]
+        for _, schedule in self._callbacks:
+            if schedule.rounded:
+                log.warning("a callback's interval is no whole number of steps; it is %g", schedule.interval)
         self._ran = False
         self._clock = CheckpointClock(checkpoint_seconds)
 

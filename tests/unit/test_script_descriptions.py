@@ -1,0 +1,38 @@
+"""Descriptions in a script: one message of our own, with class, parameter and what is allowed."""
+
+import myostrain as ms
+
+import pytest
+
+BALL = ms.Place(center=(0.0,), radius=1.0)
+WRONG = {
+    "negative": (
+        lambda: ms.Stimulus(where=BALL, strength=1.0, duration=-1.0),
+        "Stimulus.duration: .*greater than 0",
+    ),
+    "missing": (lambda: ms.Stimulus(strength=1.0, duration=1.0), "Stimulus.where: missing"),
+    "misspelt": (lambda: ms.activation.Proportional(bta=0.3), "Proportional.bta: .*did you mean 'beta'"),
+    "together": (lambda: ms.Place(center=(0.0,), radius=1.0, boundary=("a",)), "Place: give one of"),
+    "nothing": (lambda: ms.InitialValues(where=BALL), "InitialValues: give potential, or states"),
+    "text": (lambda: ms.materials.NeoHookean(mu="1"), "NeoHookean.mu: give a number, not '1'"),
+    "callback": (lambda: ms.Callback(print, every=0.0), "Callback.every: give a positive time"),
+    "not callable": (lambda: ms.Callback(3), "Callback.call: give a function"),
+}
+
+
+@pytest.mark.parametrize("make, message", WRONG.values(), ids=WRONG.keys())
+def test_wrong_values_are_one_message(make, message):
+    """A script's objects get the care of a case file: InputError, and no word of the library that checks."""
+    with pytest.raises(ms.InputError, match=message) as caught:
+        make()
+    assert "pydantic" not in str(caught.value)
+    assert "ArgsKwargs" not in str(caught.value)
+
+
+def test_a_potential_without_a_membrane():
+    """The keyword of earlier versions is named, and so is what is missing."""
+    body = ms.build(ms.geometry.Line(length=2.0))
+    with pytest.raises(ms.InputError, match="Potential takes no 'cell' any more: it is called membrane"):
+        ms.Potential(body, cell=ms.membranes.FitzHughNagumo())
+    with pytest.raises(ms.InputError, match="give a membrane"):
+        ms.Potential(body)
