@@ -81,11 +81,15 @@ def lines():
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_memory_does_not_grow(on_processes, tmp_path, processes):
-    """A step may leave less than half a vector behind; a matrix is four vectors and more."""
+    """A step may leave less than half a vector behind; a matrix is four vectors and more.
+
+    A remedy, repeated twenty times, may leave the pages that the allocator keeps (up to 18 kB seen); the
+    factorizations that it once left were 950 kB.
+    """
     printed = on_processes(processes, DRIVER, tmp_path, STEPS, json.dumps(lines()))
     growth = json.loads(printed.splitlines()[-1])
     vector = 8 * NODES / processes
     rare = {name: growth.pop(name) for name in ("a checkpoint", "a remedy")}
     assert len(growth) == 12
     assert {name: by for name, by in growth.items() if by > vector / 2} == {}
-    assert {name: by for name, by in rare.items() if by > 4 * vector} == {}
+    assert {name: by for name, by in rare.items() if by > 20 * vector} == {}
