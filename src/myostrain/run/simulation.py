@@ -125,7 +125,7 @@ class Simulation:
         self._fields_due = Schedule(end / 60 if every is None else every, self.step, self.steps, turn)
         self._probes_due = Schedule(end / 1000, self.step, self.steps, turn)
         self._checkpoints_due = Schedule(checkpoint_every, self.step, self.steps)
-        if every is not None and self._fields_due.rounded:
+        if self.out is not None and every is not None and self._fields_due.rounded:
             log.warning(
                 "output.every = %g is no whole number of the steps that solve mechanics (%g); it is %g",
                 every,
