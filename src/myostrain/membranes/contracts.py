@@ -27,6 +27,10 @@ class Membrane(Protocol):
         threshold: The potential above which a node counts as activated.
         calcium: Name of the state that is the calcium which drives contraction; None without.
         calcium_unit: Its unit, such as "μM".
+        gates: Names of the states that are probabilities; one that leaves [0, 1] ends a run with a message.
+        conserved: Names of the states that the conservative balance counts per spatial volume, as the
+            paper's w (2.8). Others, such as gates, belong to material points and know no J.
+        pacing: Strength (rate of v) and duration of the stimulus that excites a single cell.
     """
 
     @property
@@ -62,6 +66,21 @@ class Membrane(Protocol):
     @property
     def calcium_unit(self) -> str | None:
         """Unit of the calcium."""
+        return None
+
+    @property
+    def gates(self) -> Sequence[str]:
+        """Names of the states that stay in [0, 1]."""
+        return ()
+
+    @property
+    def conserved(self) -> Sequence[str]:
+        """Names of the states that are balanced per spatial volume."""
+        return ()
+
+    @property
+    def pacing(self) -> tuple[float, float] | None:
+        """Strength and duration of the stimulus that excites a single cell."""
         return None
 
     def resting_potential(self) -> float:

@@ -30,11 +30,18 @@ class FitzHughNagumo:
     threshold: ClassVar[float] = 0.5
     calcium: ClassVar[str | None] = None
     calcium_unit: ClassVar[str | None] = None
+    gates: ClassVar[tuple[str, ...]] = ()
+    pacing: ClassVar[tuple[float, float] | None] = (50.0, 0.01)
 
     @property
     def states(self) -> tuple[str, ...]:
         """The recovery variable, if there is one."""
         return ("recovery",) if self.recovery else ()
+
+    @property
+    def conserved(self) -> tuple[str, ...]:
+        """The recovery variable: J w is balanced, as J v is."""
+        return self.states
 
     def resting_potential(self) -> float:
         """Zero."""
