@@ -10,5 +10,14 @@ from myostrain.membranes.checks import check_membrane
 from myostrain.membranes.contracts import Integrator, Membrane, Step
 from myostrain.membranes.fitzhugh_nagumo import FitzHughNagumo
 from myostrain.membranes.linearly_implicit import LinearlyImplicit
+from myostrain.membranes.ten_tusscher_panfilov_2006 import TenTusscherPanfilov2006
 
-__all__ = ["FitzHughNagumo", "Integrator", "LinearlyImplicit", "Membrane", "Step", "check_membrane"]
+__all__ = [
+    "FitzHughNagumo",
+    "Integrator",
+    "LinearlyImplicit",
+    "Membrane",
+    "Step",
+    "TenTusscherPanfilov2006",
+    "check_membrane",
+]

@@ -1,0 +1,127 @@
+"""Human ventricular membranes against public implementations of them, number by number."""
+
+import json
+from pathlib import Path
+
+from myostrain.errors import InputError
+from myostrain.membranes import TenTusscherPanfilov2006, check_membrane
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+DATA = Path(__file__).parents[1] / "data"
+
+#: Two samples of each set and slope, from another implementation; what it is the file says.
+TTP06 = json.loads((DATA / "ten_tusscher_panfilov_2006.json").read_text(encoding="utf-8"))
+
+MODELS = {f"TTP06 {layer}": TenTusscherPanfilov2006(set=layer) for layer in ("EPI", "ENDO", "M")}
+
+#: How far from equilibrium the published states are: the drift of v, mV/ms. The potential of the endocardial
+#: ones lies 1 mV below what their gates belong to.
+DRIFTS = {"TTP06 EPI": 0.0004, "TTP06 ENDO": 0.258, "TTP06 M": 0.001}
+
+
+def scaled(values):
+    """Samples as arrays, one row a state."""
+    return np.array(values).T
+
+
+@pytest.mark.parametrize("layer", ["EPI", "ENDO", "M"])
+@pytest.mark.parametrize("slope", [0.7, 1.1, 1.4, 1.8])
+def test_ten_tusscher_panfilov_number_by_number(layer, slope):
+    """Current and rates of every set and slope are those of another implementation, to 1e-9."""
+    membrane = TenTusscherPanfilov2006(set=layer, slope=slope)
+    assert list(membrane.states) == TTP06["states"]
+    samples = [s for s in TTP06["samples"] if s["set"] == layer and s["slope"] == slope]
+    assert len(samples) == 2
+    v, states = np.array([s["v"] for s in samples]), scaled([s["states"] for s in samples])
+    np.testing.assert_allclose(membrane.current(v, states), [s["current"] for s in samples], rtol=1e-9)
+    rates = np.array([np.broadcast_to(r, v.shape) for r in membrane.rates(v, states)])
+    np.testing.assert_allclose(rates, scaled([s["rates"] for s in samples]), rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_published_states_are_near_rest(name):
+    """resting_states: "no equilibrium", but near one."""
+    membrane = MODELS[name]
+    check_membrane(membrane)
+    v, states = np.array([membrane.resting_potential()]), scaled([membrane.resting_states()])
+    assert np.abs(membrane.current(v, states)) < DRIFTS[name]
+    gates = [membrane.states.index(name) for name in membrane.gates]
+    assert ((states[gates] >= 0) & (states[gates] <= 1)).all()
+
+
+@pytest.mark.parametrize("membrane", MODELS.values(), ids=MODELS.keys())
+def test_finite_and_smooth_at_any_potential(membrane):
+    """Neither 0/0 where a flux has a removable singularity, nor an overflow far away."""
+    far = np.concatenate([np.linspace(-1000.0, 1000.0, 4001), [-40.0, 0.0, 15.0]])
+    rest = scaled([membrane.resting_states()])
+    with np.errstate(all="raise", under="ignore"):
+        found = [membrane.current(far, rest), *membrane.rates(far, rest)]
+    assert all(np.isfinite(values).all() for values in found)
+    # The series and the formula meet: no step where one takes over from the other, to round-off.
+    for centre in (0.0, 15.0):
+        v = centre + np.linspace(-1.0, 1.0, 2001)
+        current = membrane.current(v, rest)
+        third = np.abs(np.diff(current, 3))
+        assert third.max() < 1e-9 * np.abs(current).max()
+
+
+def test_values_of_the_set_and_of_the_user():
+    """Parameters come from the set and the slope, unless they are given."""
+    given = TenTusscherPanfilov2006(set="M", slope=1.8, g_Ks=0.2, factor_f_tau=1.0)
+    assert (given.g_Ks, given.g_to, given.s_offset) == (0.2, 0.294, 20.0)
+    assert (given.factor_f_tau, given.factor_g_pCa) == (1.0, 7.0)
+    for wrong, said in {
+        ("slope", 1.2): r"slope: this should be one of 0\.7, 1\.1, 1\.4, 1\.8, not 1\.2",
+        ("set", "MID"): "set: this should be 'EPI', 'ENDO' or 'M', not 'MID'",
+        ("g_Ks", None): "g_Ks: give a number, not None",
+    }.items():
+        with pytest.raises(InputError, match=said):
+            TenTusscherPanfilov2006(**{wrong[0]: wrong[1]})
+
+
+def paced(membrane, beats, cycle=1000.0):
+    """The last of several beats by LSODA: time (ms), potential and calcium."""
+    strength, duration = membrane.pacing
+    y = np.array([membrane.resting_potential(), *membrane.resting_states()])
+
+    def slope(applied):
+        def function(_, y):
+            v, states = y[:1], y[1:, None]
+            rates = [applied - membrane.current(v, states), *membrane.rates(v, states)]
+            return np.concatenate(rates)
+
+        return function
+
+    at = np.arange(duration, cycle, 0.1)
+    for _ in range(beats):
+        upstroke = solve_ivp(slope(strength), (0.0, duration), y, method="LSODA", rtol=1e-6, atol=1e-8)
+        beat = solve_ivp(
+            slope(0.0),
+            (duration, cycle),
+            upstroke.y[:, -1],
+            "LSODA",
+            t_eval=[*at, cycle],
+            rtol=1e-6,
+            atol=1e-8,
+        )
+        y = beat.y[:, -1]
+    calcium = 1 + membrane.states.index(membrane.calcium)
+    return beat.t, beat.y[0], beat.y[calcium]
+
+
+@pytest.mark.slow
+def test_ten_tusscher_panfilov_at_one_hertz():
+    """The tenth beat of EPI is that of an independent integration, within one per cent."""
+    t, v, calcium = paced(TenTusscherPanfilov2006(), 10)
+    wanted = np.loadtxt(DATA / "ten_tusscher_panfilov_2006_epi_1hz.csv", delimiter=",", skiprows=1)
+    wanted = wanted[wanted[:, 0] > 11.0]  # stimulated at 10 ms
+    at = wanted[:, 0] - 10.0
+    np.testing.assert_allclose(np.interp(at, t, v), wanted[:, 1], atol=0.01 * 126.0)
+    np.testing.assert_allclose(np.interp(at, t, calcium), wanted[:, 2], atol=0.01 * 0.767)
+    assert v[-1] == pytest.approx(-85.50, abs=0.02)
+    assert v.max() == pytest.approx(38.67, abs=0.1)
+    level = v.max() - 0.9 * (v.max() - v[-1])
+    assert t[v > level][-1] - 0.9 == pytest.approx(306.1, abs=0.5)
