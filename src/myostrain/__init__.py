@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from myostrain.run.schedule import Callback
     from myostrain.run.simulation import Simulation
     from myostrain.schemes import Implicit, SecondOrder, Staggered
+    from myostrain.transfer import NestedMesh
 
     __version__: str
 
@@ -44,6 +45,7 @@ __all__ = [
     "Loads",
     "Mechanics",
     "MyostrainError",
+    "NestedMesh",
     "Place",
     "Potential",
     "SecondOrder",
@@ -74,6 +76,7 @@ _MODULES = {
     "run.schedule": ("Callback",),
     "run.simulation": ("Simulation",),
     "schemes": ("Implicit", "SecondOrder", "Staggered"),
+    "transfer": ("NestedMesh",),
 }
 _WHERE = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -38,10 +38,12 @@ class Electromechanics:
         scheme: How to advance; second order, mechanics every step, unless given.
         activity: Factor on γ or the tension, a number or one at each node (nodes,), such as
             :func:`myostrain.geometry.transmural` gives.
-        transfer: What the two meshes hand each other; they are the same mesh unless given.
+        transfer: What the two meshes hand each other, such as :class:`NestedMesh`; they are the same mesh
+            unless given.
 
     Attributes:
         time: Simulated time of the present state.
+        transfer: What the two meshes hand each other; a rigid body has none.
         activation: The law's states, and γ or the tension at the nodes; None for a rigid body.
         coupling_iterations: Fixed-point iterations done so far (the implicit scheme).
         feedback: By how much J v answers to v through J, see :func:`check_well_posed`.
@@ -50,7 +52,8 @@ class Electromechanics:
 
     Raises:
         InputError: The law is none, or does not fit the mechanics; it makes Fo singular, or the conservative
-            balance ill-posed; or mechanics is to be solved every few steps where each must be iterated.
+            balance ill-posed; mechanics is to be solved every few steps where each must be iterated; or
+            potential and mechanics are on two meshes that the transfer is not of.
     """
 
     @remembers
@@ -71,7 +74,14 @@ class Electromechanics:
         self.time, self._end = 0.0, 0.0
         self._stretches: list[tuple[float, Array]] = []
         if mechanics is not None:
-            self._transfer = transfer or SameMesh(mechanics)
+            self.transfer = transfer or SameMesh(mechanics)
+            if potential.v.function_space.mesh is not self.transfer.mesh:
+                raise InputError(
+                    "potential and mechanics are on different meshes: give both the same body, or "
+                    "transfer=NestedMesh(mechanics, fine), fine being the potential's body, "
+                    "geometry.refined(mechanics.body, levels)",
+                    "potential.refinement",
+                )
             chosen: Any = Proportional() if law is None else law
             space = potential.v.function_space
             self.activation = NodalActivation(chosen, space, self._drivers(), mechanics.yields, activity)
@@ -118,7 +128,7 @@ class Electromechanics:
             self.activation.start()
             self._give_activation()
             self.mechanics.start(0.0)
-            self._transfer.hand_over()
+            self.transfer.hand_over()
             self._keep_stretch(0.0)
             self.activation.accept()
         self.potential.start(0.0)
@@ -172,7 +182,7 @@ class Electromechanics:
         if self.mechanics is not None and self.activation is not None:
             self.mechanics.restore(state["mechanics"])
             self.activation.restore(state["activation"])
-            self._transfer.hand_over()
+            self.transfer.hand_over()
         self.potential.restore(state["potential"])
 
     # What schemes are made of.
@@ -227,7 +237,7 @@ class Electromechanics:
 
     def update_deformation(self) -> None:
         """Make the potential see the body that mechanics hands over now."""
-        self._transfer.hand_over()
+        self.transfer.hand_over()
         self.potential.update_deformation()
 
     def accept(self, end: float, order: int) -> None:
@@ -244,7 +254,7 @@ class Electromechanics:
     def _give_activation(self) -> None:
         assert self.mechanics is not None
         assert self.activation is not None
-        self.mechanics.activation.x.array[:] = self._transfer.to_mechanics(self.activation.values)
+        self.mechanics.activation.x.array[:] = self.transfer.to_mechanics(self.activation.values)
 
     def _drivers(self) -> dict[str, Callable[[], Any]]:
         """Present values of all that may drive a law, by name."""
@@ -264,7 +274,7 @@ class Electromechanics:
     def _keep_stretch(self, time: float) -> None:
         """Keep the stretch of the present body, where a law asks for it."""
         if self._uses_stretch and self.mechanics is not None:
-            stretch = self._transfer.to_potential(self.mechanics.fibre_stretch())
+            stretch = self.transfer.to_potential(self.mechanics.fibre_stretch())
             self._stretches = [(time, stretch), *self._stretches[:1]]
 
     def _present_stretch(self) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
@@ -351,10 +351,14 @@ class Deformation:
     Args:
         F: Gradient of the deformation on the mesh (dim × dim).
         J: Volume ratio in three dimensions (2.8), or the float 1.0.
+        follows: The functions that F and J are made of by ``refresh``; those in them unless given.
+        refresh: Makes F and J those of ``follows``.
     """
 
     F: Any
     J: Any = 1.0
+    follows: tuple[Any, ...] | None = None
+    refresh: Callable[[], None] | None = None
 
     @property
     def isochoric(self) -> bool:

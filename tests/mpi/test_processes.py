@@ -56,7 +56,17 @@ RECTANGLE = changed(
         "time": {"step": 5e-3, "end": 0.3, "scheme": "implicit", "tolerance": 1e-10},
     },
 )
-CASES = {"line": PULSE, "plane-stress": STRESS, "plane-strain": STRAIN, "rectangle": RECTANGLE}
+# The potential on a mesh of its own; J follows the activation.
+NESTED = changed(
+    STRESS, {"geometry.spacing": 3.0, "potential.refinement": 1, "mechanics.constraint": "elastic"}
+)
+CASES = {
+    "line": PULSE,
+    "plane-stress": STRESS,
+    "plane-strain": STRAIN,
+    "rectangle": RECTANGLE,
+    "nested": NESTED,
+}
 
 DRIVER = """
 import sys

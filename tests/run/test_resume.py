@@ -39,6 +39,11 @@ CASES = {
         SHEET,
         {"mechanics.relaxation_time": 0.08, "mechanics.kinematics": "plane-strain"},
     ),
+    "nested": (SHEET, {"potential.refinement": 1, "mechanics.every": 4, "potential.mass": "averaged"}),
+    "nested-elastic": (
+        SHEET,
+        {"potential.refinement": 1, "mechanics.constraint": "elastic", "time.scheme": "implicit"},
+    ),
     "solid": (SOLID, {}),
     "static": (STATIC, {}),
     "direct": (SHEET, {"solver.potential": {"ksp_type": "preonly", "pc_type": "lu"}}),

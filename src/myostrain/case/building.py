@@ -15,6 +15,7 @@ from myostrain.electrics import GivenPotential, Potential
 from myostrain.mechanics import Loads, Mechanics, Supports
 from myostrain.mechanics.loads import components_of
 from myostrain.run.simulation import Simulation
+from myostrain.transfer import NestedMesh, SameMesh, Transfer
 
 log = logging.getLogger("myostrain")
 
@@ -49,17 +50,21 @@ def model(case: Any, comm: Any) -> Electromechanics:
         tolerance=case.mechanics.tolerance,
         options=case.solver.get("mechanics"),
     )
-    coupled = dict(law=case.law, scheme=case.scheme, activity=_activity(case, body))
+    levels = case.potential.refinement
+    size_estimate.check_refinement(case, body)
+    fine = geometry.refined(body, levels)
+    transfer: Transfer = NestedMesh(mechanics, fine) if levels else SameMesh(mechanics)
+    coupled = dict(law=case.law, scheme=case.scheme, activity=_activity(case, fine), transfer=transfer)
     if case.drive is not None:
         given: Any = GivenPotential(body, case.drive)
         return Electromechanics(given, mechanics, **coupled)
     potential = Potential(
-        body,
+        fine,
         membrane=case.cell,
         diffusivity=case.potential.diffusivity,
         balance=case.potential.balance,
         mass=case.potential.mass,
-        deformation=mechanics.deformation,
+        deformation=transfer.deformation,
         initial=case.initial,
         stimuli=case.stimuli,
         options=case.solver.get("potential"),

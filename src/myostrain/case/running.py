@@ -27,7 +27,7 @@ DRAWING = ".drawing"
 #: Keys that leave the problem which is solved as it is.
 NUMERICS = (
     *("name.", "title.", "cost.", "units.", "output.", "probes.", "solver."),
-    *("geometry.spacing.", "geometry.layers.", "time.step.", "time.scheme."),
+    *("geometry.spacing.", "geometry.layers.", "potential.refinement.", "time.step.", "time.scheme."),
     *("mechanics.every.", "mechanics.tolerance.", "mechanics.augmentation.", "mechanics.ellipticity."),
 )
 

@@ -17,7 +17,7 @@ from myostrain.mechanics.loads import VectorCourse
 from myostrain.output.fields import FieldName
 from myostrain.run.simulation import CHECKPOINT_SECONDS
 from myostrain.schemes import Implicit, SecondOrder, Staggered
-from myostrain.validation import Flag, NonNegative, Positive, description
+from myostrain.validation import Flag, Level, NonNegative, Positive, description
 
 GEOMETRIES = {
     "line": geometry.Line,
@@ -64,11 +64,17 @@ SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondO
 
 @description
 class PotentialSection:
-    """[potential]: diffusivity, one number or [along, across] the fibre; balance."""
+    """[potential]: diffusivity, one number or [along, across] the fibre; balance; mesh.
+
+    Args:
+        refinement: How often each cell of the mesh is divided into 2, 4 or 8 of half the size, for the
+            potential and all that lives at its nodes; mechanics stays on the mesh itself. 0: one for both.
+    """
 
     diffusivity: Positive | tuple[Positive, Positive] = 100.0
     balance: Balance = "conservative"
     mass: Mass = "lumped"
+    refinement: Level = 0
 
 
 @description

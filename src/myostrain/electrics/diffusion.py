@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from myostrain.engine import PETSc, compile_form, fem
+from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Deformation
 from myostrain.solvers.linear import assemble_nodal, owned_dofs
@@ -43,6 +44,9 @@ class Diffusion:
         weight: Lumped mass at the nodes (nodes,): what a node stands for of the reference body.
         ratio: J at the nodes (nodes,).
         assemblies: How often the diffusion was assembled since somebody counted.
+
+    Raises:
+        InputError: The deformation is of another mesh.
     """
 
     def __init__(
@@ -54,6 +58,18 @@ class Diffusion:
         mass: Mass,
     ) -> None:
         mesh = body.mesh
+        functions = [
+            function
+            for expression in (deformation.F, ufl.as_ufl(deformation.J))
+            for function in extract_coefficients(expression)
+            if isinstance(function, fem.Function)
+        ]
+        if any(function.function_space.mesh is not mesh for function in functions):
+            raise InputError(
+                "the deformation is of another mesh than the potential's: give that of "
+                "NestedMesh(mechanics, refined(mechanics.body, levels))",
+                "potential.refinement",
+            )
         self.isochoric = deformation.isochoric
         self._space, self._owned = space, owned_dofs(space)
         trial, test = ufl.TrialFunction(space), ufl.TestFunction(space)
@@ -80,13 +96,9 @@ class Diffusion:
         self._work, self._product = fem.Function(space), fem.Function(space)
         self._vector = self.matrix.createVecLeft()
         self._kept: Array = np.zeros(self._owned)  # the diagonal without the reaction
+        self._refresh = deformation.refresh
         # Functions that the matrix depends on.
-        self._body_fields: list[fem.Function] = [
-            function
-            for expression in (deformation.F, ufl.as_ufl(deformation.J))
-            for function in extract_coefficients(expression)
-            if isinstance(function, fem.Function)
-        ]
+        self._body_fields = list(functions if deformation.follows is None else deformation.follows)
 
     def update(self) -> None:
         """Assemble diffusion and volume ratio on the present deformation."""
@@ -165,6 +177,8 @@ class Diffusion:
         """Give the deformation's fields these values."""
         for function, field in zip(self._body_fields, fields, strict=True):
             field.put(function)
+        if self._refresh is not None:
+            self._refresh()
 
     def put_again(self, weight: float, diagonal: Array) -> None:
         """Make the matrix again of what was added to the diagonal in :meth:`put`."""

@@ -18,6 +18,7 @@ from myostrain.geometry.line import Line
 from myostrain.geometry.meshed import Meshed
 from myostrain.geometry.quality import Quality, quality
 from myostrain.geometry.rectangle import Rectangle
+from myostrain.geometry.refinement import RefinedBody, refined
 from myostrain.geometry.slab import Slab
 from myostrain.geometry.transmural import depth, transmural
 from myostrain.geometry.ventricle import Ventricle
@@ -36,6 +37,7 @@ __all__ = [
     "Microstructure",
     "Quality",
     "Rectangle",
+    "RefinedBody",
     "RuleBasedFibres",
     "Slab",
     "UniformFibres",
@@ -45,5 +47,6 @@ __all__ = [
     "depth",
     "quality",
     "readable",
+    "refined",
     "transmural",
 ]

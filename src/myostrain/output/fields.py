@@ -64,7 +64,7 @@ class FieldWriter:
         self._names = set(names)
         self._vectors = None
         if model.mechanics is not None and "displacement" in names:
-            self._vectors = model.mechanics.displacement().function_space
+            self._vectors = model.transfer.displacement().function_space
         self._snapshots = None
         if self._values(headers=True):
             body = model.potential.body
@@ -92,14 +92,15 @@ class FieldWriter:
             found["activation"] = model.activation.values
         if model.mechanics is not None:
             if "displacement" in wanted:
-                found["displacement"] = None if headers else model.mechanics.displacement().x.array
+                found["displacement"] = None if headers else model.transfer.displacement().x.array
             if "stress" in wanted:
                 n = model.mechanics.kinematics.tensor_dim
-                sigma = None if headers else model.mechanics.stress()
+                sigma = None if headers else model.transfer.to_potential(model.mechanics.stress())
                 for i, j in combinations_with_replacement(range(n), 2):
                     found[f"stress_{'xyz'[i]}{'xyz'[j]}"] = None if sigma is None else sigma[:, i, j]
             if "stress_trace" in wanted:
-                found["stress_trace"] = None if headers else model.mechanics.stress_trace()
+                trace = None if headers else model.transfer.to_potential(model.mechanics.stress_trace())
+                found["stress_trace"] = trace
         return found
 
     def truncate(self, step: int) -> None:

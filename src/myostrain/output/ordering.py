@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from myostrain.engine import fem, lasting
+from myostrain.geometry.numbering import canonical_numbers
 
-import basix
 import numpy as np
 import numpy.typing as npt
 
@@ -37,7 +37,7 @@ class Ordering:
         self.positions: Numbers = np.full(local, -1, dtype=np.int64)
         offset = 0
         for part, dofs in _parts(space):
-            numbers = _scalar_positions(part)
+            numbers = canonical_numbers(part)
             block = part.dofmap.index_map_bs
             unrolled = (numbers[:, None] * block + np.arange(block)).reshape(-1)
             self.positions[slice(None) if dofs is None else dofs] = offset + unrolled
@@ -64,21 +64,3 @@ def _parts(space: fem.FunctionSpace) -> list[tuple[Any, Any]]:
     if space.num_sub_spaces == 0 or space.dofmap.index_map_bs > 1:
         return [(space, None)]
     return [space.sub(i).collapse() for i in range(space.num_sub_spaces)]
-
-
-def _scalar_positions(space: fem.FunctionSpace) -> Numbers:
-    """Canonical number of each local node of a space, blocks not counted out."""
-    mesh, dofmap = space.mesh, space.dofmap
-    comm = lasting(mesh.comm)
-    nodes = np.asarray(mesh.geometry.input_global_indices, dtype=np.int64)[mesh.geometry.dofmaps[0]]
-    base = max(comm.allgather(int(nodes.max(initial=0)))) + 1
-    keys = np.full(dofmap.index_map.size_local + dofmap.index_map.num_ghosts, -1, dtype=np.int64)
-    entities = basix.topology(getattr(basix.CellType, mesh.topology.cell_type.name))
-    for dim, kind in enumerate(entities):
-        for number, corners in enumerate(kind):
-            for dof in dofmap.dof_layout.entity_dofs(dim, number):
-                ends = nodes[:, corners]
-                key = (dim > 0) * base**2 + ends.min(axis=1) * base + ends.max(axis=1)
-                keys[dofmap.list[:, dof]] = key
-    parts = comm.allgather(keys[: dofmap.index_map.size_local])
-    return np.searchsorted(np.sort(np.concatenate(parts)), keys)

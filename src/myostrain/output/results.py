@@ -36,7 +36,7 @@ def metrics(
     }
     displacement = np.zeros((len(v), potential.body.dim))
     if mechanics is not None:
-        displacement = mechanics.displacement().x.array.reshape(-1, potential.body.dim)
+        displacement = model.transfer.displacement().x.array.reshape(-1, potential.body.dim)
     size = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
     found["displacement_max"] = float(comm.allreduce(size, MPI.MAX))
     found |= (

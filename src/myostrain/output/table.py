@@ -125,7 +125,7 @@ class ProbeTable:
             values["activation"] = model.activation.values
         if model.mechanics is not None:
             dim = model.potential.body.dim
-            u = None if headers else model.mechanics.displacement().x.array.reshape(-1, dim)
+            u = None if headers else model.transfer.displacement().x.array.reshape(-1, dim)
             for i, axis in enumerate("xyz"[:dim]):
                 values[f"displacement_{axis}"] = None if u is None else u[:, i]
         return values

@@ -45,7 +45,8 @@ class Checkpoints:
 
     def __init__(self, folder: Path, spaces: Iterable[fem.FunctionSpace]) -> None:
         self.folder = folder / "checkpoint"
-        self._spaces = {_label(space): space for space in spaces}
+        self._meshes: list[Any] = []  # that of the potential first
+        self._spaces = {self._label(space): space for space in spaces}
         self._orderings: dict[str, Ordering] = {}
         self._comm = lasting(next(iter(self._spaces.values())).mesh.comm)
         self._mesh: str | None = None
@@ -101,7 +102,8 @@ class Checkpoints:
             return None, damages
         if tree.pop("mesh") != mesh:
             raise InputError(
-                "the mesh is not that of the checkpoint: its file was changed; put it back, or run anew",
+                "the mesh is not that of the checkpoint: its file, the geometry or potential.refinement was "
+                "changed; put it back, or run anew",
                 "geometry",
             )
         return self._unpacked(tree, arrays), damages
@@ -158,24 +160,30 @@ class Checkpoints:
             self._orderings[label] = Ordering(self._spaces[label])
         return self._orderings[label]
 
+    def _label(self, space: fem.FunctionSpace) -> str:
+        """What a space is called: its element, and which mesh it is on if not on the first."""
+        if not any(space.mesh is mesh for mesh in self._meshes):
+            self._meshes.append(space.mesh)
+        number = next(i for i, mesh in enumerate(self._meshes) if mesh is space.mesh)
+        return f"{space.ufl_element()}{f' on mesh {number + 1}' if number else ''}"
+
     def _mesh_digest(self) -> str:
-        """A digest of the mesh's nodes as they were given (collective)."""
+        """A digest of the meshes' nodes as they were given (collective)."""
         if self._mesh is None:
-            geometry = next(iter(self._spaces.values())).mesh.geometry
-            owned = geometry.index_map().size_local
-            parts = self._comm.gather((geometry.input_global_indices[:owned], geometry.x[:owned]), root=0)
-            digest = ""
-            if parts is not None:
-                order = np.argsort(np.concatenate([numbers for numbers, _ in parts]))
-                nodes = np.concatenate([x for _, x in parts])[order]
-                digest = hashlib.sha256(nodes.tobytes()).hexdigest()
-            self._mesh = str(self._comm.bcast(digest, root=0))
+            digest = hashlib.sha256()
+            for geometry in (mesh.geometry for mesh in self._meshes):
+                owned = geometry.index_map().size_local
+                parts = self._comm.gather((geometry.input_global_indices[:owned], geometry.x[:owned]), root=0)
+                if parts is not None:
+                    order = np.argsort(np.concatenate([numbers for numbers, _ in parts]))
+                    digest.update(np.concatenate([x for _, x in parts])[order].tobytes())
+            self._mesh = str(self._comm.bcast(digest.hexdigest(), root=0))
         return self._mesh
 
     def _packed(self, value: Any, arrays: dict[str, Any]) -> Any:
         """A tree for JSON; its arrays go into ``arrays``, equal ones once (collective)."""
         if isinstance(value, FieldState):
-            label = _label(value.space)
+            label = self._label(value.space)
             whole = self._ordering(label).gather(value.values)
             name = ""
             if whole is not None:
@@ -251,10 +259,6 @@ def _digest(version: str, payload: Any) -> str:
     digest = hashlib.sha256(version.encode())
     digest.update(payload)
     return digest.hexdigest()
-
-
-def _label(space: fem.FunctionSpace) -> str:
-    return str(space.ufl_element())
 
 
 def _sync_folder(folder: Path) -> None:

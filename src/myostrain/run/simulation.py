@@ -415,5 +415,5 @@ def _spaces(model: Electromechanics) -> list[Any]:
     """Function spaces of what a model's state holds."""
     spaces = [model.potential.v.function_space]
     if model.mechanics is not None:
-        spaces.append(model.mechanics.u.function_space)
+        spaces += [model.mechanics.u.function_space, model.mechanics.activation.function_space]
     return spaces
