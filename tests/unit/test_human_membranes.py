@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from myostrain.errors import InputError
-from myostrain.membranes import TenTusscherPanfilov2006, check_membrane
+from myostrain.membranes import TenTusscherPanfilov2006, ToRORd2019, check_membrane
 
 import numpy as np
 import pytest
@@ -12,14 +12,35 @@ from scipy.integrate import solve_ivp
 
 DATA = Path(__file__).parents[1] / "data"
 
-#: Two samples of each set and slope, from another implementation; what it is the file says.
-TTP06 = json.loads((DATA / "ten_tusscher_panfilov_2006.json").read_text(encoding="utf-8"))
+#: Two samples of each set and slope, from another implementation; what it is the files say.
+REFERENCES = {
+    membrane: json.loads((DATA / name).read_text(encoding="utf-8"))
+    for membrane, name in {
+        TenTusscherPanfilov2006: "ten_tusscher_panfilov_2006.json",
+        ToRORd2019: "to_ror_d_2019.json",
+    }.items()
+}
+SAMPLES = [
+    pytest.param(membrane, reference["states"], sample, id=f"{membrane.__name__}-{number}")
+    for membrane, reference in REFERENCES.items()
+    for number, sample in enumerate(reference["samples"])
+]
 
-MODELS = {f"TTP06 {layer}": TenTusscherPanfilov2006(set=layer) for layer in ("EPI", "ENDO", "M")}
+MODELS = {
+    **{f"TTP06 {layer}": TenTusscherPanfilov2006(set=layer) for layer in ("EPI", "ENDO", "M")},
+    **{f"ToR-ORd {layer}": ToRORd2019(set=layer) for layer in ("ENDO", "EPI", "MID")},
+}
 
-#: How far from equilibrium the published states are: the drift of v, mV/ms. The potential of the endocardial
-#: ones lies 1 mV below what their gates belong to.
-DRIFTS = {"TTP06 EPI": 0.0004, "TTP06 ENDO": 0.258, "TTP06 M": 0.001}
+#: How far from equilibrium the published states are: the drift of v, mV/ms. The potential of TTP06 ENDO lies
+#: 1 mV below what its gates belong to.
+DRIFTS = {
+    "TTP06 EPI": 0.0004,
+    "TTP06 ENDO": 0.258,
+    "TTP06 M": 0.001,
+    "ToR-ORd ENDO": 0.0002,
+    "ToR-ORd EPI": 0.0001,
+    "ToR-ORd MID": 0.0002,
+}
 
 
 def scaled(values):
@@ -27,18 +48,22 @@ def scaled(values):
     return np.array(values).T
 
 
-@pytest.mark.parametrize("layer", ["EPI", "ENDO", "M"])
-@pytest.mark.parametrize("slope", [0.7, 1.1, 1.4, 1.8])
-def test_ten_tusscher_panfilov_number_by_number(layer, slope):
+@pytest.mark.parametrize("kind, names, sample", SAMPLES)
+def test_number_by_number(kind, names, sample):
     """Current and rates of every set and slope are those of another implementation, to 1e-9."""
-    membrane = TenTusscherPanfilov2006(set=layer, slope=slope)
-    assert list(membrane.states) == TTP06["states"]
-    samples = [s for s in TTP06["samples"] if s["set"] == layer and s["slope"] == slope]
-    assert len(samples) == 2
-    v, states = np.array([s["v"] for s in samples]), scaled([s["states"] for s in samples])
-    np.testing.assert_allclose(membrane.current(v, states), [s["current"] for s in samples], rtol=1e-9)
-    rates = np.array([np.broadcast_to(r, v.shape) for r in membrane.rates(v, states)])
-    np.testing.assert_allclose(rates, scaled([s["rates"] for s in samples]), rtol=1e-9)
+    membrane = kind(**{key: sample[key] for key in ("set", "slope") if key in sample})
+    assert list(membrane.states) == names
+    v, states = np.array([sample["v"]]), scaled([sample["states"]])
+    np.testing.assert_allclose(membrane.current(v, states), sample["current"], rtol=1e-9)
+    np.testing.assert_allclose(np.concatenate(membrane.rates(v, states)), sample["rates"], rtol=1e-9)
+
+
+def test_every_set_and_slope_is_among_the_samples():
+    """Twice each."""
+    for kind, count in {TenTusscherPanfilov2006: 12, ToRORd2019: 3}.items():
+        found = [(s["set"], s.get("slope")) for s in REFERENCES[kind]["samples"]]
+        assert len(set(found)) == count
+        assert len(found) == 2 * count
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -73,6 +98,9 @@ def test_values_of_the_set_and_of_the_user():
     given = TenTusscherPanfilov2006(set="M", slope=1.8, g_Ks=0.2, factor_f_tau=1.0)
     assert (given.g_Ks, given.g_to, given.s_offset) == (0.2, 0.294, 20.0)
     assert (given.factor_f_tau, given.factor_g_pCa) == (1.0, 7.0)
+    given = ToRORd2019(set="MID", GKr=0.03)
+    assert (given.GKr, given.GNaL, given.PCa, given.relScale) == (0.03, 0.0279, 2.0 * 8.3757e-05, 1.7)
+    assert (given.delta_epi, ToRORd2019(set="EPI").delta_epi) == (False, True)
     for wrong, said in {
         ("slope", 1.2): r"slope: this should be one of 0\.7, 1\.1, 1\.4, 1\.8, not 1\.2",
         ("set", "MID"): "set: this should be 'EPI', 'ENDO' or 'M', not 'MID'",

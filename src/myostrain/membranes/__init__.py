@@ -11,6 +11,7 @@ from myostrain.membranes.contracts import Integrator, Membrane, Step
 from myostrain.membranes.fitzhugh_nagumo import FitzHughNagumo
 from myostrain.membranes.linearly_implicit import LinearlyImplicit
 from myostrain.membranes.ten_tusscher_panfilov_2006 import TenTusscherPanfilov2006
+from myostrain.membranes.to_ror_d_2019 import ToRORd2019
 
 __all__ = [
     "FitzHughNagumo",
@@ -19,5 +20,6 @@ __all__ = [
     "Membrane",
     "Step",
     "TenTusscherPanfilov2006",
+    "ToRORd2019",
     "check_membrane",
 ]

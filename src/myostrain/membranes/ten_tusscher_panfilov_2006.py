@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final, Literal
 
 from myostrain.errors import InputError
+from myostrain.membranes.channels import drift, sodium_inactivation
 from myostrain.validation import Finite, Flag, NonNegative, Positive, description
 
 import numpy as np
@@ -238,16 +239,12 @@ class TenTusscherPanfilov2006:
         b = 3.0 * np.exp(0.0002 * (from_k + 100.0)) + np.exp(-1.0) * w * w * w3
         rectified = 1.0 / (1.0 + 10.0 * b * (1.0 + a) / (1.0 + np.exp(-0.5 * from_k)))
 
-        # L-type calcium current: x/(1 − exp(−x)) tends to 1 at 15 mV.
+        # L-type calcium current, a constant-field flux about 15 mV.
         y = v / thermal
         fall = np.exp(-y)
         x = 2.0 * (y - 15.0 / thermal)
         decay = np.exp(30.0 / thermal) * fall * fall
-        near = np.abs(x) < 0.03
-        ratio = np.where(
-            near, 1.0 + x / 2.0 + x * x * (1.0 / 12.0 - x * x / 720.0), x / np.where(near, 1.0, 1.0 - decay)
-        )
-        flux = 2.0 * self.F * (0.25 * ca_ss - self.Ca_o * decay) * ratio
+        flux = 2.0 * self.F * (0.25 * ca_ss - self.Ca_o * decay) * drift(x, decay)
 
         # Exchanger and pump.
         rise = np.exp(self.gamma * y)
@@ -334,7 +331,7 @@ class TenTusscherPanfilov2006:
 
         a, b, c = 1.0 + np.exp(-12.0) * down_5, 1.0 + np.exp(7.0) * up_5, 1.0 + np.exp((v - 50.0) / 200.0)
         m_speed = 10.0 * a * b * c / (b + c)
-        h_speed, j_speed = self._inactivation_speeds(v)
+        h_speed, j_speed = sodium_inactivation(v)
 
         r_speed = 1.0 / (9.5 * np.exp((v + 40.0) * (v + 40.0) / -1800.0) + 0.8)
         if self.s_variant:
@@ -360,16 +357,3 @@ class TenTusscherPanfilov2006:
             (1.0 / (1.0 + np.exp(20.0 / 6.0) * down_6) - r) * r_speed,
             (1.0 / (1.0 + np.exp(self.s_offset / 5.0) * up_5) - s) * s_speed,
         )
-
-    @staticmethod
-    def _inactivation_speeds(v: Any) -> tuple[Any, Any]:
-        """Of h and j; they have one formula below −40 mV and another above, which share exponentials."""
-        low = v < -40.0
-        a = np.exp(np.where(low, (v + 80.0) / -6.8, (v + 10.66) / -11.1))
-        h_low = 0.057 * a + 2.7 * np.exp(0.079 * v) + 310000.0 * np.exp(0.3485 * v)
-        h_speed = np.where(low, h_low, (0.77 / 0.13) / (1.0 + a))
-        opening = (25428.0 * np.exp(0.2444 * v) + 6.948e-6 * np.exp(-0.04391 * v)) * (v + 37.78)
-        alpha = np.where(low, -opening / (1.0 + np.exp(0.311 * (v + 79.23))), 0.0)
-        b = np.exp(np.where(low, -0.1378 * (v + 40.14), -0.1 * (v + 32.0)))
-        c = np.where(low, 0.02424, 0.6) * np.exp(np.where(low, -0.01052 * v, 0.057 * v))
-        return h_speed, alpha + c / (1.0 + b)
