@@ -5,6 +5,7 @@ from pathlib import Path
 
 from myostrain.errors import InputError
 from myostrain.membranes import TenTusscherPanfilov2006, ToRORd2019, check_membrane
+from myostrain.membranes.channels import sodium_inactivation
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 DATA = Path(__file__).parents[1] / "data"
 
-#: Two samples of each set and slope, from another implementation; what it is the files say.
+#: Samples of each set and slope, from another implementation; what it is the files say.
 REFERENCES = {
     membrane: json.loads((DATA / name).read_text(encoding="utf-8"))
     for membrane, name in {
@@ -51,7 +52,8 @@ def scaled(values):
 @pytest.mark.parametrize("kind, names, sample", SAMPLES)
 def test_number_by_number(kind, names, sample):
     """Current and rates of every set and slope are those of another implementation, to 1e-9."""
-    membrane = kind(**{key: sample[key] for key in ("set", "slope") if key in sample})
+    chosen = {key: sample[key] for key in ("set", "slope") if key in sample}
+    membrane = kind(**chosen, **sample.get("parameters", {}))
     assert list(membrane.states) == names
     v, states = np.array([sample["v"]]), scaled([sample["states"]])
     np.testing.assert_allclose(membrane.current(v, states), sample["current"], rtol=1e-9)
@@ -59,11 +61,21 @@ def test_number_by_number(kind, names, sample):
 
 
 def test_every_set_and_slope_is_among_the_samples():
-    """Twice each."""
-    for kind, count in {TenTusscherPanfilov2006: 12, ToRORd2019: 3}.items():
+    """More than once each."""
+    for kind, count, each in ((TenTusscherPanfilov2006, 12, 2), (ToRORd2019, 3, 3)):
         found = [(s["set"], s.get("slope")) for s in REFERENCES[kind]["samples"]]
         assert len(set(found)) == count
-        assert len(found) == 2 * count
+        assert len(found) == each * count
+
+
+def test_sodium_inactivation_changes_its_formula_at_minus_forty():
+    """sodium_inactivation: "one below −40 mV and another above"."""
+    h_speed, j_speed = sodium_inactivation(np.array([-40.0 - 1e-9, -40.0]))
+    high = 0.77 / (0.13 * (1.0 + np.exp(29.34 / 11.1)))
+    low = 0.057 * np.exp(-40.0 / 6.8) + 2.7 * np.exp(-3.16) + 3.1e5 * np.exp(-13.94)
+    np.testing.assert_allclose(h_speed, [low, high], rtol=1e-8)
+    assert j_speed[1] == pytest.approx(0.6 * np.exp(-2.28) / (1.0 + np.exp(0.8)), rel=1e-12)
+    assert abs(j_speed[0] / j_speed[1] - 1.0) > 1e-3
 
 
 @pytest.mark.parametrize("name", MODELS)
