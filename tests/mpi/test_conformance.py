@@ -68,8 +68,14 @@ def exported():
     for name in sections.LAWS:
         law = {"activation": {"law": name, **PARAMETERS.get(name, {})}}
         found[f"law {name}"] = changed(solid, law)
-    for name in sections.CELLS:
-        found[f"membrane {name}"] = changed(line, {"cell": {"model": name}})
+    for name, membrane in sections.CELLS.items():
+        low, high = membrane().range
+        excited = {"cell": {"model": name}, "initial.potential": low + 0.9 * (high - low)}
+        if membrane().time_unit == "ms":
+            excited |= {"time.step": 2e-2, "time.end": 8e-2, "output.every": 4e-2}
+        if membrane().potential_unit == "mV":
+            excited |= {"activation.beta": 1e-3}
+        found[f"membrane {name}"] = changed(line, excited)
     for name in sections.SCHEMES:
         for balance in ("conservative", "advective"):
             every = REMOVED if name == "implicit" else 1

@@ -6,18 +6,28 @@ analytic (no ``abs``; comparisons and ``numpy.where`` are fine). How its states 
 :class:`Integrator`'s: :class:`LinearlyImplicit` for a few states.
 """
 
+from myostrain.membranes.aliev_panfilov_1996 import AlievPanfilov1996
+from myostrain.membranes.bueno_orovio_2008 import BuenoOrovio2008
 from myostrain.membranes.checks import check_membrane
 from myostrain.membranes.contracts import Integrator, Membrane, Step
+from myostrain.membranes.fenton_karma_1998 import FentonKarma1998
 from myostrain.membranes.fitzhugh_nagumo import FitzHughNagumo
 from myostrain.membranes.linearly_implicit import LinearlyImplicit
+from myostrain.membranes.luo_rudy_1991 import LuoRudy1991
+from myostrain.membranes.mitchell_schaeffer_2003 import MitchellSchaeffer2003
 from myostrain.membranes.ten_tusscher_panfilov_2006 import TenTusscherPanfilov2006
 from myostrain.membranes.to_ror_d_2019 import ToRORd2019
 
 __all__ = [
+    "AlievPanfilov1996",
+    "BuenoOrovio2008",
+    "FentonKarma1998",
     "FitzHughNagumo",
     "Integrator",
     "LinearlyImplicit",
+    "LuoRudy1991",
     "Membrane",
+    "MitchellSchaeffer2003",
     "Step",
     "TenTusscherPanfilov2006",
     "ToRORd2019",

@@ -1,0 +1,35 @@
+"""Published sets of parameters that a membrane offers by name."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from myostrain.errors import InputError, nearest, shown
+
+#: Default of a parameter that is the set's unless it is given.
+OF_SET: Any = None
+
+
+def fill_from_set(membrane: Any, sets: Mapping[str, Mapping[str, float]]) -> None:
+    """Give each parameter that was left out its value in the set that ``membrane.set`` names.
+
+    Raises:
+        InputError: There is no such set; or every number is given, and they are those of another set.
+    """
+    name = membrane.set
+    if name not in sets:
+        raise InputError(
+            f"{shown(name)} is no set of {type(membrane).__name__}; {nearest(name, sets)}", "cell.set"
+        )
+    given = {field.name: getattr(membrane, field.name) for field in dataclasses.fields(membrane)}
+    for other, values in sets.items():
+        if values != sets[name] and all(given[key] == value for key, value in values.items()):
+            raise InputError(
+                f'this is "{name}", but the numbers beside it are all those of "{other}": leave them out',
+                "cell.set",
+            )
+    for key, value in sets[name].items():
+        if given[key] is None:
+            object.__setattr__(membrane, key, value)
