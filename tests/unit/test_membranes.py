@@ -244,3 +244,21 @@ def test_what_no_membrane_is(cell, message):
     """One message that names the key and the nearest known word."""
     with pytest.raises(InputError, match=message):
         Case.from_dict(changed(LINE, {"cell": cell}))
+
+
+def test_the_table_of_the_docs():
+    """docs/membranes.md: the table holds the numbers that the tenth beats are compared with."""
+    page = (Path(__file__).parents[2] / "docs" / "membranes.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines()]
+    found = {(row[0], row[1] or None): row[2:] for row in rows if row[0] in MODELS and len(row) == 6}
+    assert found.keys() == set(ALL)
+    for (name, word), (rest, peak, apd, calcium) in found.items():
+        expected = reference(BEATS, name, word)["10"]
+        near = 0.051 if MODELS[name].potential_unit == "mV" else 5.1e-4
+        assert float(rest.replace("−", "-")) == pytest.approx(expected["rest"], abs=near)
+        assert float(peak) == pytest.approx(expected["peak"], abs=near)
+        assert float(apd) == pytest.approx(expected["apd90"], abs=0.051)
+        assert (calcium != "") == (MODELS[name].calcium is not None)
+        if calcium:
+            assert float(calcium.split()[0]) == pytest.approx(expected["calcium_peak"], abs=5.1e-4)
+            assert float(calcium.split()[2]) == pytest.approx(expected["calcium_time"], abs=0.51)
