@@ -103,6 +103,24 @@ def test_the_integral_is_kept(kind):
         assert moments[1] == pytest.approx(moments[0], rel=1e-9, abs=1e-9)
 
 
+def test_a_steep_front_overshoots_in_the_projection():
+    """Documentation: by a tenth where it is as wide as a coarse cell, by under 1 % where as wide as two."""
+    mechanics = mechanics_on(
+        ms.geometry.Rectangle(size=(40.0, 20.0), spacing=1.0), ms.kinematics.PlaneStress()
+    )
+    transfer = ms.NestedMesh(mechanics, refined(mechanics.body, 1))
+    X = points(fem.functionspace(transfer.mesh, ("Lagrange", 1)))
+    depth = X @ (1.0, 0.3) - 20
+    beyond = {}
+    for width in (0.01, 1.0, 2.0):  # from 10 to 90 % of the jump
+        gamma = 0.5 * (1 - np.tanh(2.2 * depth / width))
+        found = transfer.to_mechanics(gamma)
+        beyond[width] = max(found.max() - 1, -found.min())
+    assert 0.15 < beyond[0.01] < 0.26
+    assert 0.05 < beyond[1.0] < 0.12
+    assert beyond[2.0] < 0.01
+
+
 def test_what_is_not_finite_is_said():
     """Not a displacement of NaN."""
     mechanics = mechanics_on(*KINDS["line"])

@@ -27,8 +27,16 @@ VENTRICLE = changed(
 
 @pytest.mark.parametrize(
     "data",
-    [LINE, SHEET, RECTANGLE, changed(SHEET, {"mechanics.kinematics": "plane-strain"})],
-    ids=["line", "ellipse", "rectangle", "plane strain"],
+    [
+        LINE,
+        SHEET,
+        RECTANGLE,
+        changed(SHEET, {"mechanics.kinematics": "plane-strain"}),
+        changed(LINE, {"potential.refinement": 3}),
+        changed(RECTANGLE, {"potential.refinement": 1}),
+        changed(SLAB, {"potential.refinement": 2, "initial.center": [0.0, 0.0, 0.0]}),
+    ],
+    ids=["line", "ellipse", "rectangle", "plane strain", "finer line", "finer rectangle", "finer slab"],
 )
 def test_estimate_is_what_comes_out(data):
     """Cells and nodes exactly where the spacing divides the body, else within the rings' rounding."""
@@ -75,6 +83,36 @@ def test_too_fine_is_refused_before_meshing(monkeypatch, base, spacing, key):
     offered = float(message.rpartition("at least ")[2])
     fits, finer = (sizes.estimate(a_case(base, {"geometry.spacing": h})) for h in (offered, 0.85 * offered))
     assert fits.bytes <= sizes.BASE + 1e8 < finer.bytes  # what is offered fits, and little finer does not
+
+
+@pytest.mark.parametrize("base", [LINE, RECTANGLE, SLAB], ids=["line", "rectangle", "slab"])
+def test_too_many_refinements_are_refused(monkeypatch, base):
+    """Before anything is meshed, by the key, with how many fit; also of a mesh that says its size late."""
+    monkeypatch.setattr(sizes, "free_memory", lambda: sizes.BASE + 5e8)
+    case = a_case(base, {"potential.refinement": 25})
+    message = r"^potential\.refinement: .*nodes.*GB.*at most \d+$"
+    with pytest.raises(InputError, match=message) as caught:
+        case.simulation(ALONE)
+    most = int(str(caught.value).rpartition(" ")[2])
+    fits, finer = (
+        sizes.estimate(a_case(base, {"potential.refinement": levels})) for levels in (most, most + 1)
+    )
+    assert most >= 1
+    assert fits.bytes <= sizes.BASE + 5e8 < finer.bytes
+    monkeypatch.setattr(sizes, "_counts", lambda form: (0.0, 0.0))
+    with pytest.raises(InputError, match=message):
+        case.build(ALONE)
+
+
+@pytest.mark.parametrize("value", ["-1", "1.0", "true", '"one"', "1e3", "1000000000000"])
+def test_no_number_of_refinements(tmp_path, value):
+    """One message with the key, status 2."""
+    file = write_case(tmp_path / "case.toml", LINE)
+    done = command_line("run", file, "--out", tmp_path / "out", "--set", f"potential.refinement={value}")
+    assert done.status == 2
+    assert done.err.startswith("myostrain: potential.refinement: ")
+    assert done.err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_geometry_of_a_script_says_how_many_cells_it_has(monkeypatch):
