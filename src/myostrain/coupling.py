@@ -264,9 +264,9 @@ class Electromechanics:
             "stretch": self._present_stretch,
             "time": lambda: self._end,
         }
-        for index, name in enumerate(potential.state_names):
+        for name in potential.state_names:
             # The array of the states is another one after each step.
-            found[name] = partial(lambda row: potential.states[row], index)
+            found[name] = partial(lambda state: potential.field_values()[state], name)
         if (calcium := potential.calcium) is not None:
             found["calcium"] = found[calcium]
         return found

@@ -100,6 +100,7 @@ class Membrane:
     """v (v − 0.1)(v − 1) + w and v − w/τ, with sources that the test sets: a user's own membrane."""
 
     states = ("recovery",)
+    conserved = states
     source = 0.0
 
     def resting_potential(self):

@@ -15,7 +15,7 @@ LAYERS = [
     {"kernel_cache"},
     {"engine"},
     {"validation", "state"},
-    {"history", "course", "directions"},
+    {"history", "course", "directions", "pointwise"},
     {"geometry", "kinematics", "materials", "membranes", "activation", "theory"},
     {"solvers"},
     {"electrics", "mechanics"},

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 from myostrain.electrics.diffusion import Diffusion, Mass
 from myostrain.electrics.initial_values import InitialValues
 from myostrain.electrics.stimulus import Applied
-from myostrain.engine import MPI, fem
-from myostrain.errors import InputError
+from myostrain.engine import MPI, fem, lasting
+from myostrain.errors import ComputationError, InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Deformation
-from myostrain.membranes import Integrator, LinearlyImplicit, Membrane, Step, check_membrane
-from myostrain.membranes.linearly_implicit import with_slope
+from myostrain.membranes import Integrator, Membrane, Step, check_membrane
+from myostrain.membranes.reaction import Reaction
 from myostrain.solvers.linear import (
     LinearSolver,
     Options,
@@ -34,6 +35,9 @@ Balance = Literal["conservative", "advective"]
 """What is balanced: v per spatial volume, ∂(Jv)/∂t (2.5), or J ∂v/∂t."""
 
 Array = npt.NDArray[np.float64]
+
+Values = tuple[Array, Array]
+"""The potential (nodes,) and the states (states, nodes) of one time."""
 
 Source = Callable[[Array, float], Array]
 """Applied rate of v at points (n, dim) and a time."""
@@ -65,10 +69,12 @@ class Potential:
         membrane: Membrane model.
         diffusivity: D of an isotropic body, or (along, across) the fibre; the anisotropic D turns with the
             deformed fibre F n.
-        balance: "conservative" for (2.8), or "advective" for J ∂v/∂t = ...
+        balance: "conservative" for (2.8), of J (v − rest) and of the states that the membrane calls
+            conserved; or "advective" for J ∂v/∂t = ...
         mass: "lumped" (the paper's finite differences on a line), or "averaged" for smaller errors in space.
         deformation: F and J of the body, UFL expressions that somebody else updates; None for a rigid body.
-        integrator: How the membrane's states advance; linearly implicit unless given.
+        integrator: How the membrane's states advance; unless given, exponentially for a membrane with gates,
+            linearly implicit for one without.
         initial: Initial values in places; later ones win.
         stimuli: Rates that are applied in places over times.
         source: Applied rate of v, a function of points (n, dim) and time that gives (n,); None for none.
@@ -120,13 +126,12 @@ class Potential:
         self.body, self.membrane, self.balance = body, membrane, balance
         self.diffusivity = float(along), float(across)
         self.mass = mass
-        self._integrator: Integrator = LinearlyImplicit() if integrator is None else integrator
         self._source = source
         mesh = body.mesh
         space = fem.functionspace(mesh, ("Lagrange", 1))
         self.v = fem.Function(space, name="potential")
         self.state_names = tuple(getattr(membrane, "states", ()))
-        self.states: Array = np.zeros((len(self.state_names), len(self.v.x.array)))
+        self._states: Array = np.zeros((len(self.state_names), len(self.v.x.array)))
         self.initial, self.stimuli = tuple(initial), tuple(stimuli)
         self._shares = [stimulus.share(body, space) for stimulus in self.stimuli]
         self._points = space.tabulate_dof_coordinates()[:, : body.dim]
@@ -134,6 +139,19 @@ class Potential:
         seen = deformation or Deformation(ufl.Identity(body.dim))
         self._diffusion = Diffusion(body, space, seen, self.diffusivity, mass)
         self._b = fem.Function(space)
+        self._reaction = Reaction(membrane, integrator, comm=lasting(body.comm))
+        self._rest = float(membrane.resting_potential())
+        conserved = tuple(getattr(membrane, "conserved", ()))
+        self._conserved = [self.state_names.index(name) for name in conserved if name in self.state_names]
+        #: Whether amounts are balanced: elsewhere J = 1, or values themselves are.
+        self._per_volume = balance == "conservative" and not self._diffusion.isochoric
+        if self._per_volume and self._conserved and not self._reaction.multistep:
+            raise InputError(
+                f"{type(self._reaction.integrator).__name__} does not balance J {conserved[0]} of "
+                f"{type(membrane).__name__} where the volume changes: take LinearlyImplicit, or balance = "
+                '"advective"',
+                "cell.integrator",
+            )
         chosen = options or {}
         defaults: dict[str, str | int | float | bool | None] = {
             "ksp_type": "cg" if self._diffusion.symmetric else "bcgs",
@@ -151,11 +169,12 @@ class Potential:
         self._origin: State = {}
         # Times of what is kept of the past, newest first.
         self.times: list[float] = []
-        # Past amounts (1 + states, nodes): J v and J s (conservative), or v and s (advective).
-        self.past: list[Array] = []
+        # Past amounts of v (nodes,) and the states (states, nodes): J times what is balanced per volume.
+        self.past: list[Values] = []
         # The potential and the states themselves, likewise.
-        self.values: list[Array] = []
-        self._begun: Array | None = None  # what the last run began with
+        self.values: list[Values] = []
+        self._begun: Values | None = None  # what the last run began with
+        self._spare: list[Array] = []  # arrays for states that were given up
         self.reset()
 
     def __repr__(self) -> str:
@@ -182,17 +201,29 @@ class Potential:
         """Name of the state that is the calcium, None without."""
         return getattr(self.membrane, "calcium", None)
 
+    @property
+    def states(self) -> Array:
+        """The membrane's states at the nodes, (states, nodes)."""
+        # Who gets them may change them: what the last step left is kept apart.
+        if self.values and self.values[0][1] is self._states:
+            self.values[0] = self.values[0][0], self._states.copy()
+        return self._states
+
+    @states.setter
+    def states(self, values: Array) -> None:
+        self._states = values
+
     def field_values(self) -> dict[str, Array]:
         """Nodal values of the potential and each state by name; views, (nodes,)."""
-        return {"potential": self.v.x.array, **dict(zip(self.state_names, self.states, strict=True))}
+        return {"potential": self.v.x.array, **dict(zip(self.state_names, self._states, strict=True))}
 
     def reset(self) -> None:
         """Set v and the states to rest and the initial values, whatever they are."""
         self.v.x.array[:] = self.membrane.resting_potential()
         if self.state_names:
-            self.states[:] = np.asarray(self.membrane.resting_states(), dtype=float)[:, None]
+            self._states[:] = np.asarray(self.membrane.resting_states(), dtype=float)[:, None]
         for values in self.initial:
-            values.apply(self.body, self.v.function_space, self.v.x.array, self.states, self.state_names)
+            values.apply(self.body, self.v.function_space, self.v.x.array, self._states, self.state_names)
         self._begun, self.values = None, []
 
     def begin(self) -> None:
@@ -200,19 +231,16 @@ class Potential:
 
         Each of v and the states that is as the last step left it begins as before.
         """
-        present = self._present()
+        v, states = self.v.x.array.copy(), self._states.copy()
         if self._begun is not None and self.values:
-            untouched = (present == self.values[0]).all(axis=1)
+            last_v, last_states = self.values[0]
+            untouched = np.array([(v == last_v).all(), *(states == last_states).all(axis=1)])
             self.body.comm.Allreduce(MPI.IN_PLACE, untouched, op=MPI.LAND)
-            present[untouched] = self._begun[untouched]
-            self._put(present)
-        self._begun = present
-
-    def _present(self) -> Array:
-        return np.vstack([self.v.x.array[None, :], self.states])
-
-    def _put(self, values: Array) -> None:
-        self.v.x.array[:], self.states = values[0], values[1:].copy()
+            if untouched[0]:
+                v[:] = self._begun[0]
+            states[untouched[1:]] = self._begun[1][untouched[1:]]
+            self.v.x.array[:], self._states = v, states.copy()
+        self._begun = v, states
 
     def start(self, time: float = 0.0) -> None:
         """Begin at the present values, on the present deformation, as if nothing had been solved before."""
@@ -261,19 +289,20 @@ class Potential:
         Raises:
             ComputationError: The linear solver failed.
         """
-        history = self._history(weights)
+        before_v, before = self.values[0]
+        order = len(weights) - 1
         # Times are sums, so that equal steps give weights that differ in the last bits.
         if abs(weights[0] - self._weight) > 1e-9 * abs(weights[0]):
             self._weight = float(weights[0])
             self.solver.forget()
-        if self.state_names:
-            step = Step(end - self.times[0], float(weights[0]), history[1:], self.values[0][1:])
-            self.states = self._integrator.advance(self.membrane, guess, self.states, step)
-        current, slope = with_slope(lambda v: self.membrane.current(v, self.states), guess)
+        past = self._history(weights) if self._reaction.multistep else before
+        step = Step(end - self.times[0], float(weights[0]), past, before, before_v, order)
+        self._states, current, slope, bad = self._reaction.solve(guess, self._states, step, self._room())
+        self._refuse(bad, end)
         if (applied := self._applied(end, weights)) is not None:
             current = current - applied
         implicit = self.ratio * self.weight * slope
-        explicit = self.ratio * (current + history[0])
+        explicit = self.ratio * (current + self._past_rate(weights))
         diagonal = self._diffusion.put(self._weight, implicit)
         self._count()
         self._b.x.array[:] = implicit * guess - self._diffusion.load(explicit)
@@ -294,30 +323,78 @@ class Potential:
                 found = rate * share if found is None else found + rate * share
         return found
 
+    def _past_rate(self, weights: Array) -> Array:
+        """What past values of v (nodes,) add to its time derivative."""
+        total = weights[1] * self.past[0][0]
+        for w, (amount, _) in zip(weights[2:], self.past[1:], strict=False):
+            total += w * amount
+        if self._per_volume:
+            total = total / self.ratio
+            if self._rest:
+                total -= weights[0] * self._rest
+        return total
+
     def _history(self, weights: Array) -> Array:
-        """Weighted sums (1 + states, nodes) of past values of v and each state, as they enter the step."""
-        total = weights[1] * self.past[0]
-        for w, values in zip(weights[2:], self.past[1:], strict=False):
-            total += w * values
-        return total / self.ratio if self.balance == "conservative" else total
+        """Weighted sums (states, nodes) of past values of each state, as they enter the step."""
+        total = weights[1] * self.past[0][1]
+        for w, (_, amounts) in zip(weights[2:], self.past[1:], strict=False):
+            total += w * amounts
+        if self._per_volume:
+            total[self._conserved] /= self.ratio
+        return total
+
+    def _room(self) -> Array:
+        """An array for the states that nobody holds: one that was given up, or a new one."""
+        for array in self._spare:
+            # The list, this variable, and the argument of getrefcount hold it; a view would be one more.
+            if sys.getrefcount(array) == 3:
+                return array
+        return np.empty_like(self._states)
+
+    def _refuse(self, bad: int, end: float) -> None:
+        """Stop where a gate or another state is no longer what it may be.
+
+        Raises:
+            ComputationError: It is so on some process.
+        """
+        comm = lasting(self.body.comm)
+        if comm.allreduce(bad, op=MPI.MAX) < 0:
+            return
+        found = None
+        if bad >= 0:
+            X = self.v.function_space.tabulate_dof_coordinates()[bad, : self.body.dim]
+            found = self._reaction.wrong(self._states, bad), [round(float(x), 6) for x in X]
+        what, where = next(f for f in comm.allgather(found) if f is not None)
+        raise ComputationError(f"{what} near {where}", time=end, where=where, advice="a smaller time step.")
 
     def accept(self, time: float, keep: int) -> None:
         """Take the present fields as those of a step that ended at ``time`` and keep ``keep`` past ones."""
-        present = self._present()
-        amounts = present * self.ratio if self.balance == "conservative" else present
-        self.past = [amounts, *self.past[: keep - 1]]
-        self.values = [present, *self.values[: keep - 1]]
+        keep_states = keep if self._reaction.multistep else 1
+        v, states = self.v.x.array.copy(), self._states
+        amount, amounts = v, states
+        if self._per_volume:
+            amount = (v - self._rest) * self.ratio
+            if self._reaction.multistep and self._conserved:
+                amounts = states.copy()
+                amounts[self._conserved] *= self.ratio
+        for _, old in self.values[keep_states - 1 :]:
+            if old is not states and all(old is not known for known in self._spare):
+                self._spare = [old, *self._spare][:3]
+        self.past = [(amount, amounts), *self.past[: keep - 1]]
+        self.values = [(v, states), *self.values[: keep - 1]]
+        for level in (self.past, self.values):
+            level[keep_states:] = [(old, np.zeros((0, len(v)))) for old, _ in level[keep_states:]]
         self.times = [time, *self.times[: keep - 1]]
 
     def state(self) -> State:
         """Fields, history, and what the kept preconditioner was made of."""
         space = self.v.function_space
 
-        def rows(values: Array | None) -> list[FieldState]:
-            return [] if values is None else [FieldState(space, row) for row in values]
+        def rows(values: Values | None) -> list[FieldState]:
+            return [] if values is None else [FieldState(space, row) for row in (values[0], *values[1])]
 
         return {
-            "fields": rows(self._present()),
+            "fields": rows((self.v.x.array.copy(), self._states)),
             "begun": rows(self._begun),
             "past": [rows(values) for values in self.past],
             "values": [rows(values) for values in self.values],
@@ -331,18 +408,20 @@ class Potential:
     def restore(self, state: State) -> None:
         """Go on from a state, on the deformation that has been restored before."""
 
-        def values(rows: list[FieldState]) -> Array:
-            return np.array([row.values for row in rows])
+        def values(rows: list[FieldState]) -> Values:
+            v, *states = (row.values for row in rows)
+            return v.copy(), np.array(states).reshape(-1, len(v))
 
         self.solver.restore(state["solver"])
         self._weight = state["weight"]
         if state["origin"] and state["origin"] is not self._origin:
             self._origin = state["origin"]
             self._precondition()
-        self._put(values(state["fields"]))
+        self.v.x.array[:], self._states = values(state["fields"])
         self._begun = values(state["begun"]) if state["begun"] else None
         self.past, self.values = ([values(rows) for rows in state[name]] for name in ("past", "values"))
         self.times = list(state["times"])
+        self._spare = []
         self.update_deformation()
         self.seconds = state["seconds"]
         self.solver.restore(state["solver"])
@@ -362,33 +441,40 @@ class Potential:
     def extrapolate(self, weights: Array) -> Array:
         """Weighted sum of the potential's present and past values, newest first (nodal, local).
 
-        The states are set to theirs, to be what the next solve starts from.
+        The states are set to theirs, where the next solve starts from a guess of them.
         """
-        total = weights[0] * self.values[0]
-        for w, values in zip(weights[1:], self.values[1:], strict=False):
-            total += w * values
-        self.states = total[1:]
-        return total[0]
+        total = weights[0] * self.values[0][0]
+        for w, (v, _) in zip(weights[1:], self.values[1:], strict=False):
+            total += w * v
+        if self._reaction.multistep and self.state_names:
+            states = weights[0] * self.values[0][1]
+            for w, (_, past) in zip(weights[1:], self.values[1:], strict=False):
+                states += w * past
+            self._states = states
+        return total
 
     def conserve(self) -> float:
-        """After a sudden change of the body, set v and states so that J v and J s are what they were.
+        """After a sudden change of the body, set v and states so that their amounts are what they were.
 
         The advective balance keeps the values themselves. Returns the largest change of v.
         """
-        if self.balance == "advective" or self.isochoric:
+        if not self._per_volume:
             return 0.0
         before = self.v.x.array.copy()
-        self.values[0] = self.past[0] / self.ratio
-        self._put(self.values[0])
+        amount, amounts = self.past[0]
+        self.v.x.array[:] = self._rest + amount / self.ratio
+        self._states = amounts.copy()
+        self._states[self._conserved] /= self.ratio
+        self.values[0] = self.v.x.array.copy(), self._states
         return largest(self.v.x.array - before, self.body.comm)
 
     def amount(self) -> float:
-        """∫ J v dX over the body, what the conservative balance conserves without reaction.
+        """∫ J (v − rest) dX over the body, what the conservative balance conserves without reaction.
 
         J is that of the step in which v was found: a scheme may have moved the body since.
         """
-        if self.balance == "conservative" and self.past:
+        if self._per_volume and self.past:
             amounts = self.weight * self.past[0][0]
         else:
-            amounts = self.weight * self.ratio * self.v.x.array
+            amounts = self.weight * self.ratio * (self.v.x.array - self._rest)
         return float(self.body.comm.allreduce(float(np.sum(amounts[: owned_dofs(self.v.function_space)]))))

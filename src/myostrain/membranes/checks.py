@@ -7,6 +7,7 @@ from typing import Any
 
 from myostrain.errors import InputError
 from myostrain.membranes.linearly_implicit import with_slope
+from myostrain.membranes.tracing import traced
 
 import numpy as np
 
@@ -20,7 +21,8 @@ def check_membrane(membrane: Any) -> None:
     """Refuse what is no membrane model, by its declarations and by a sample of its functions.
 
     Raises:
-        InputError: Something is missing, has a wrong shape, or is not analytic; the message says which.
+        InputError: Something is missing, has a wrong shape, or, where it cannot be
+            differentiated in symbols, is not analytic; the message says which.
     """
     name = f"the class {membrane.__name__}" if isinstance(membrane, type) else type(membrane).__name__
     if isinstance(membrane, type):
@@ -47,21 +49,26 @@ def check_membrane(membrane: Any) -> None:
         raise InputError(
             f"{name}.resting_states gives {values!r}; give a finite number for each of {list(states)}", KEY
         )
+    for what in ("gates", "conserved"):
+        named = getattr(membrane, what, ())
+        if isinstance(named, str) or not set(named) <= set(states):
+            raise InputError(f"{name}.{what} is {named!r}; give names among its states {list(states)}", KEY)
     calcium = getattr(membrane, "calcium", None)
     if calcium is not None and calcium not in states:
         raise InputError(f"{name}.calcium is '{calcium}', which is none of its states {list(states)}", KEY)
     v = low + (high - low) * (np.arange(SAMPLE) + 0.5377) / SAMPLE
     present = np.tile(np.asarray(values, dtype=float).reshape(-1, 1), SAMPLE)
-    _sampled(membrane, name, "current", v, present, ())
+    if states and not callable(getattr(membrane, "rates", None)):
+        raise InputError(f"{name} has states, but no method rates", KEY)
+    complex_step = traced(membrane) is None
+    _sampled(membrane, name, "current", v, present, (), complex_step)
     if states:
-        if not callable(getattr(membrane, "rates", None)):
-            raise InputError(f"{name} has states, but no method rates", KEY)
         found = _called(membrane, "rates", v, present)
         if not hasattr(found, "__len__") or len(found) != len(states):
             count = len(found) if hasattr(found, "__len__") else "one value"
             raise InputError(f"{name}.rates gives {count} for the states {list(states)}; give one each", KEY)
         for index in range(len(states)):
-            _sampled(membrane, name, "rates", v, present, (index,))
+            _sampled(membrane, name, "rates", v, present, (index,), complex_step)
 
 
 def _range(membrane: Any, name: str) -> tuple[float, float]:
@@ -74,8 +81,10 @@ def _range(membrane: Any, name: str) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
-def _sampled(membrane: Any, name: str, method: str, v: Any, states: Any, picked: tuple[int, ...]) -> None:
-    """Try a function on a sample: shapes, and whether the complex step gives its derivative in v."""
+def _sampled(
+    membrane: Any, name: str, method: str, v: Any, states: Any, picked: tuple[int, ...], derivatives: bool
+) -> None:
+    """Try a function on a sample: shapes, and its derivative in v where that is taken by a complex step."""
 
     def function(at: Any) -> Any:
         found = _called(membrane, method, at, states)
@@ -89,6 +98,8 @@ def _sampled(membrane: Any, name: str, method: str, v: Any, states: Any, picked:
         raise InputError(
             f"{what} gives values of shape {np.shape(found)} for {len(v)} nodes; give one a node", KEY
         )
+    if not derivatives:
+        return
     shift = 1e-6 * (v[-1] - v[0])
     with np.errstate(all="ignore"):
         slope = np.broadcast_to(with_slope(function, v)[1], v.shape)

@@ -109,16 +109,23 @@ class Step:
         weight: Backward-difference weight of the new value.
         history: Weighted sum of the past values of each state, (states, nodes): ds/dt ≈ weight s + history.
         before: States before the step, (states, nodes).
+        potential: Potential before the step, (nodes,).
+        order: Order in time of the scheme that takes the step; an integrator may have less.
     """
 
     length: float
     weight: float
     history: Array
     before: Array
+    potential: Array
+    order: int = 2
 
 
 class Integrator(Protocol):
     """How the states of a membrane advance over a step.
+
+    The integrators that ship also have ``formula``, which writes the step down in symbols, so that it is
+    compiled. One of a script needs :meth:`advance` only.
 
     Attributes:
         order: Its order in time, if the potential is given to that order.

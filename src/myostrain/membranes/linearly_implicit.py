@@ -1,8 +1,10 @@
 """Backward differences, each state linearised in itself."""
 
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 from myostrain.membranes.contracts import Array, Membrane, Step
+from myostrain.pointwise import Expression, derivative
 from myostrain.validation import description
 
 import numpy as np
@@ -25,6 +27,22 @@ class LinearlyImplicit:
     """
 
     order: ClassVar[int] = 2
+    multistep: ClassVar[bool] = True
+
+    def formula(
+        self,
+        rates: Callable[[Sequence[Expression]], Sequence[Expression]],
+        guess: Sequence[Expression],
+        history: Sequence[Expression],
+        weight: Expression,
+    ) -> list[Expression]:
+        """The states after a step, as :meth:`advance` computes them, written down."""
+        states = list(guess)
+        for index, state in enumerate(guess):
+            rate = rates(states)[index]
+            slope = derivative(rate, state, fixed=states[:index])
+            states[index] = state - (weight * state + history[index] - rate) / (weight - slope)
+        return states
 
     def advance(self, membrane: Membrane, v: Array, states: Array, step: Step) -> Array:
         """Solve weight · s + history = rate(v, s) for each state in turn, linearised about its guess."""

@@ -1,0 +1,214 @@
+"""The membrane at all nodes: states advanced over a step, and the current, in one compiled pass."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from myostrain.engine import MPI
+from myostrain.errors import InputError
+from myostrain.membranes.contracts import Array, Integrator, Membrane, Step
+from myostrain.membranes.exponential import GeneralizedRushLarsen
+from myostrain.membranes.linearly_implicit import LinearlyImplicit, with_slope
+from myostrain.membranes.tracing import Traced, replaced, traced
+from myostrain.pointwise import Expression, Program, derivative
+
+import numpy as np
+
+#: By how much a gate may leave [0, 1]: multistep formulas swing over by a little.
+GATE_MARGIN = 1e-2
+
+
+def default_integrator(membrane: Membrane) -> Any:
+    """Exponential for a model that has gates, linearly implicit for one that has none."""
+    return GeneralizedRushLarsen() if tuple(getattr(membrane, "gates", ())) else LinearlyImplicit()
+
+
+class Reaction:
+    """What the balance of the potential asks of a membrane, at the nodes of this process.
+
+    Args:
+        membrane: The model.
+        integrator: How its states advance; as the model's kind needs it unless given.
+        varying: Values of parameters at the nodes (nodes,), by name.
+        comm: Processes that share the compiled formulas (collective).
+
+    Raises:
+        InputError: The integrator is none, or none for this model.
+
+    Attributes:
+        integrator: The integrator.
+        multistep: Whether it needs past values and a guess of the states.
+    """
+
+    def __init__(
+        self,
+        membrane: Membrane,
+        integrator: Integrator | None = None,
+        varying: Mapping[str, Array] | None = None,
+        comm: Any = MPI.COMM_SELF,
+    ) -> None:
+        self.membrane, self._comm = membrane, comm
+        self._held: Any = None
+        self._model: Traced | None = None
+        self._signature: Any = None
+        self.integrator: Any = default_integrator(membrane) if integrator is None else integrator
+        self.multistep = bool(getattr(self.integrator, "multistep", True))
+        self._given = dict(varying or {})
+        self.names = tuple(getattr(membrane, "states", ()))
+        self._gates = [self.names.index(g) for g in getattr(membrane, "gates", ()) if g in self.names]
+        self._written = hasattr(self.integrator, "formula")
+        self._programs: dict[Any, Program] = {}
+        self._trace(0)
+        if not self._written and not callable(getattr(self.integrator, "advance", None)):
+            raise InputError(
+                f"{type(self.integrator).__name__} is no integrator: it has no method advance",
+                "cell.integrator",
+            )
+        if not self.multistep and self._model is None:
+            raise InputError(
+                f"{type(self.integrator).__name__} needs the equations in symbols, and "
+                f"{type(membrane).__name__} does with arrays what cannot be written down; take "
+                "LinearlyImplicit, or use NumPy's arithmetic, exp, log, sqrt, tanh, where only",
+                "cell.integrator",
+            )
+
+    def _trace(self, nodes: int) -> None:
+        """Write the equations down, again if the model holds other things than the last time.
+
+        A script's model may be changed between two steps. Arrays with a value for each node may vary from
+        step to step, as numbers may.
+        """
+        held = dict(vars(self.membrane)) if hasattr(self.membrane, "__dict__") else {}
+        arrays = {n: x for n, x in held.items() if isinstance(x, np.ndarray) and x.shape == (nodes,)}
+        self._varying = {n: np.ascontiguousarray(x, dtype=float) for n, x in (arrays | self._given).items()}
+        signature = [
+            (name, name in arrays, self._fixed(value) if name not in arrays else None)
+            for name, value in held.items()
+        ]
+        if signature != self._signature:
+            self._model, self._programs = traced(self.membrane, tuple(self._varying)), {}
+            self._signature = [
+                (name, given, None if given else self._fixed(held[name])) for name, given, _ in signature
+            ]
+            self._held = held  # alive, so that what their places say stays true
+
+    def _fixed(self, value: Any) -> Any:
+        """By what something that a model holds is known again; None for a number that is given anew."""
+        if isinstance(value, float) and self._model is not None and not self._model.as_numbers:
+            return None
+        if isinstance(value, np.ndarray):
+            return value.tobytes()
+        return value if isinstance(value, (bool, int, float, str, type(None))) else id(value)
+
+    @property
+    def compiled(self) -> bool:
+        """Whether steps run as C, once one has been taken."""
+        return bool(self._programs) and all(p.compiled for p in self._programs.values())
+
+    def solve(
+        self, v: Array, states: Array, step: Step, out: Array | None = None
+    ) -> tuple[Array, Array, Array, int]:
+        """Advance the states, and evaluate the current with them.
+
+        Args:
+            v: Potential at the end of the step (nodes,), a guess to linearise about.
+            states: A guess of the states (states, nodes) for an integrator of several steps.
+            step: The step.
+            out: Where the states go, nothing that the step holds; a new array unless given.
+
+        Returns:
+            The states (states, nodes), the current and its derivative in v (nodes,), and the first node of
+            this process where a gate is out of [0, 1] or a state is no number, -1 for none.
+        """
+        self._trace(len(v))
+        model = self._model
+        if model is None or not self._written:
+            found = self._advanced(v, states, step)
+            return (*found, -1)
+        if out is None:
+            out = np.empty_like(states)
+        current, slope = np.empty_like(v), np.empty_like(v)
+        varying = [self._varying[f.value] for f in model.fields]
+        numbers = model.numbers(self.membrane)
+        if self.multistep:
+            program = self._programs.get("multistep") or self._multistep(model)
+            inputs = [v, *states, *step.history, *varying]
+            bad = program(inputs, [step.weight, *numbers], [*out, current, slope])
+            return out, current, slope, bad
+        order = min(step.order, self.integrator.order)
+        count = self.integrator.substeps
+        length = [step.length / count, *numbers]
+        before, start = step.before, step.potential
+        for sub in range(1, count):
+            part = (1 - sub / count) * step.potential + sub / count * v
+            begun = start if order > 1 else part
+            program = self._programs.get((order, False)) or self._exponential(model, order, last=False)
+            bad = program([part, begun, *before, *varying], length, [*out])
+            if bad >= 0:
+                return out, current, slope, bad
+            before, start = out, part
+        program = self._programs.get((order, True)) or self._exponential(model, order, last=True)
+        begun = start if order > 1 else v
+        bad = program([v, begun, *before, *varying], length, [*out, current, slope])
+        return out, current, slope, bad
+
+    def _advanced(self, v: Array, states: Array, step: Step) -> tuple[Array, Array, Array]:
+        """With NumPy alone."""
+        membrane = replaced(self.membrane, self._given) if self._given else self.membrane
+        if self.names:
+            states = self.integrator.advance(membrane, v, states, step)
+        current, slope = with_slope(lambda at: membrane.current(at, states), v)
+        return states, np.broadcast_to(current, v.shape), np.broadcast_to(slope, v.shape)
+
+    def _multistep(self, model: Traced) -> Program:
+        graph, v = model.graph, model.graph.input("v")
+        guess = [graph.input(f"guess {name}") for name in self.names]
+        history = [graph.input(f"history {name}") for name in self.names]
+        weight = graph.input("weight of the new value", varies=False)
+        states = self.integrator.formula(lambda s: model.rates(v, s), guess, history, weight)
+        return self._program("multistep", model, [v, *guess, *history], weight, states, v)
+
+    def _exponential(self, model: Traced, order: int, *, last: bool) -> Program:
+        graph, v = model.graph, model.graph.input("v")
+        start = graph.input("v before")
+        before = [graph.input(f"before {name}") for name in self.names]
+        length = graph.input("length of the step", varies=False)
+        during = 0.5 * (start + v) if order > 1 else v
+        states = self.integrator.formula(lambda s: model.rates(during, s), before, length, order)
+        return self._program((order, last), model, [v, start, *before], length, states, v if last else None)
+
+    def _program(
+        self,
+        key: Any,
+        model: Traced,
+        inputs: list[Expression],
+        number: Expression,
+        states: list[Expression],
+        v: Expression | None,
+    ) -> Program:
+        """Compile: states, the current and its slope at v, and whether the states are what they may be."""
+        outputs = list(states)
+        if v is not None:
+            current = model.current(v, states)
+            outputs += [current, derivative(current, v, fixed=states)]
+        good = None
+        for index, state in enumerate(states):
+            low, high = (-GATE_MARGIN, 1 + GATE_MARGIN) if index in self._gates else (-1e100, 1e100)
+            within = (state >= low) & (state <= high)  # false for NaN
+            good = within if good is None else good & within
+        if good is not None:
+            outputs.append(good)
+        made = Program([*inputs, *model.fields], [number, *model.scalars], outputs, self._comm)
+        self._programs[key] = made
+        return made
+
+    def wrong(self, states: Array, node: int) -> str:
+        """What is wrong with the states of a node, in words."""
+        for index, name in enumerate(self.names):
+            value = float(states[index, node])
+            if not np.isfinite(value) or abs(value) > 1e100:
+                return f"the state {name} is {value}"
+            if index in self._gates and not -GATE_MARGIN <= value <= 1 + GATE_MARGIN:
+                return f"the gate {name} has left [0, 1]: {value:.6g}"
+        return "a state is out of bounds"

@@ -1,0 +1,6 @@
+"""Pointwise models: written once as NumPy functions, traced, differentiated, compiled, fused over nodes."""
+
+from myostrain.pointwise.expressions import Expression, Graph, Untraceable, derivative
+from myostrain.pointwise.program import Program
+
+__all__ = ["Expression", "Graph", "Program", "Untraceable", "derivative"]
