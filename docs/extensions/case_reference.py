@@ -19,6 +19,7 @@ from myostrain.electrics import given_potential as drive
 from myostrain.electrics import initial_values, place, potential, stimulus
 from myostrain.mechanics import equilibrium as mechanics
 from myostrain.mechanics import imposed_stretch
+from myostrain.output import tips
 from myostrain.run import simulation
 
 from ufl.core.expr import Expr
@@ -36,6 +37,11 @@ MEANINGS = {
 PROBES = """
 `NAME = [x, ...]`: a material point by a name of yours; its activation time goes into `results.json`, its
 values into `probes.csv`. The celerity is taken between the first two.
+""".strip()
+
+ELECTRODES = """
+`NAME = [x, y, z]`: a point in space, outside of the body, by a name of yours. `ecg.csv` has the
+[potential](../results.md#electrodes) there over time.
 """.strip()
 
 #: Where more is to be said than whether the section must be there.
@@ -99,7 +105,12 @@ def reference() -> str:
             *variants("scheme", case.SCHEMES, moved={"every": "mechanics.every"}),
         ],
         "probes": [PROBES],
-        "output": [keys(case.OutputSection)],
+        "electrodes": [ELECTRODES],
+        "output": [
+            keys(case.OutputSection),
+            "### `tip = { ... }`",
+            keys(tips.Tip, intro=True),
+        ],
         "solver": [SOLVER],
     }
     assert sections.keys() == case.SECTIONS.keys()

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
     from myostrain.mechanics import ImposedStretch, Loads, Mechanics, Supports
+    from myostrain.output.tips import Tip
     from myostrain.run.schedule import Callback
     from myostrain.run.simulation import Simulation
     from myostrain.schemes import Implicit, SecondOrder, Staggered
@@ -53,6 +54,7 @@ __all__ = [
     "Staggered",
     "Stimulus",
     "Supports",
+    "Tip",
     "UniformFibres",
     "activation",
     "build",
@@ -73,6 +75,7 @@ _MODULES = {
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),
     "mechanics": ("ImposedStretch", "Loads", "Mechanics", "Supports"),
+    "output.tips": ("Tip",),
     "run.schedule": ("Callback",),
     "run.simulation": ("Simulation",),
     "schemes": ("Implicit", "SecondOrder", "Staggered"),

@@ -153,6 +153,12 @@ class Electromechanics:
         if was_held and self.mechanics is not None and not self.mechanics.held(end):
             self._release()
 
+    def displacement(self) -> Array | None:
+        """The displacement at the potential's nodes, (local nodes, dim); None for a rigid body."""
+        if self.mechanics is None:
+            return None
+        return self.transfer.displacement().x.array.reshape(-1, self.potential.body.dim)
+
     def state(self) -> State:
         """What the next step needs, without copies of what no step changes in place."""
         space = self.potential.v.function_space

@@ -4,7 +4,8 @@ from myostrain.errors import InputError
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.draw import draw
 from myostrain.output.figures.line import leading_edge, resampled, sorted_line, telling_frames
-from myostrain.output.figures.sheet import boundary_edges, film_frames, isochrone_levels
+from myostrain.output.figures.maps import band_levels
+from myostrain.output.figures.sheet import boundary_edges, film_frames
 from myostrain.output.figures.style import plain, potential_range, symmetric_range
 
 import matplotlib as mpl
@@ -327,13 +328,13 @@ def test_film_frames():
     assert (chosen[0], chosen[-1]) == (0, 999)
 
 
-def test_isochrone_levels():
-    levels = isochrone_levels(np.array([0.0, np.nan, 2.96]))
+def test_band_levels():
+    levels = band_levels(np.array([0.0, np.nan, 2.96]))
     assert levels[0] == 0
     assert levels[-1] == 3
     assert np.ptp(np.diff(levels)) < 1e-12
-    assert len(isochrone_levels(np.array([np.nan]))) == 0
-    assert len(isochrone_levels(np.array([1.0, 1.0]))) == 0
+    assert len(band_levels(np.array([np.nan]))) == 0
+    assert len(band_levels(np.array([1.0, 1.0]))) == 0
 
 
 def test_ranges():

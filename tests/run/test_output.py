@@ -54,7 +54,7 @@ def test_results_are_those_of_the_interface(run):
     assert found["time"] == case.time.end
     assert found["steps"] == round(case.time.end / case.time.step)
     for name, probe in found["probes"].items():
-        assert set(probe) == {"position", "activation_time", "activation_times"}
+        assert set(probe) == {"position", "activation_time", "activation_times", "apd90"}
         assert probe["activation_time"] == next(iter(probe["activation_times"]), None)
         np.testing.assert_array_equal(probe["position"][: len(case.probes[name])], case.probes[name])
     assert list(found["probes"]) == list(case.probes)

@@ -6,7 +6,8 @@ import myostrain as ms
 from myostrain import InputError
 from myostrain.engine import fem
 from myostrain.geometry import Ellipse, Line, Rectangle, UniformFibres
-from myostrain.output.metrics import LEVEL, crossing_time, leading_pulse
+from myostrain.output.beats import Activations
+from myostrain.output.metrics import LEVEL, leading_pulse
 from myostrain.output.probes import ActivationTimes, Probes
 
 import numpy as np
@@ -120,8 +121,10 @@ def test_no_activation_time_without_an_upward_crossing(space, history):
 
 def test_reactivation_from_above_counts():
     """Interface: the first *upward* crossing: a point above 0.5 at first has one if it rises again."""
-    found = crossing_time(np.array([0.2, 0.2, 0.9, 0.5, 0.2]), np.array([0.8, 0.4, 0.1, 0.9, 0.5]), 1.0, 3.0)
-    np.testing.assert_allclose(found, [2.0, np.nan, np.nan, np.nan, 3.0], atol=1e-15)
+    before, after = np.array([0.2, 0.2, 0.9, 0.5, 0.2]), np.array([0.8, 0.4, 0.1, 0.9, 0.5])
+    seen = Activations(5, 0.5)
+    assert seen.observe(before, after, 1.0, 3.0).tolist() == [0, 4]
+    np.testing.assert_allclose(seen.times, [[2.0, np.nan, np.nan, np.nan, 3.0]], atol=1e-15)
 
 
 # The leading pulse.

@@ -33,6 +33,16 @@ CASES = {
     "iterated": (LINE, {"activation.beta": 0.45}),
     "sheet": (SHEET, {"mechanics.every": 4, "potential.mass": "averaged"}),
     "elastic": (SHEET, {"mechanics.constraint": "elastic", "potential.mass": "averaged"}),
+    "waves": (
+        SHEET,
+        {
+            "time.end": 0.2,
+            "time.step": 4e-3,
+            "electrodes": {"V1": [10.0, 12.0, 6.0]},
+            "output.tip": {"potential": 0.3, "every": 0.02},
+            "output.repolarization": [30, 60],
+        },
+    ),
     "plane-strain": (SHEET, {"mechanics.kinematics": "plane-strain"}),
     "viscous-sheet": (SHEET, {"mechanics.relaxation_time": 0.08, "mechanics.every": 4}),
     "viscous-plane-strain": (
@@ -48,6 +58,8 @@ CASES = {
     "static": (STATIC, {}),
     "direct": (SHEET, {"solver.potential": {"ksp_type": "preonly", "pc_type": "lu"}}),
 }
+
+TABLES = ("probes.csv", "measures.csv", "tip.csv", "ecg.csv")
 
 
 class Stop:
@@ -72,8 +84,9 @@ def numbers(folder):
     arrays = {
         (name, i): frames.field(name, i).tolist() for name in frames.names for i in range(len(frames.times))
     }
-    activation = np.nan_to_num(frames.activation(), nan=-1.0).tolist()
-    return results, (folder / "probes.csv").read_text(), frames.times.tolist(), arrays, activation
+    maps = {name: np.nan_to_num(values, nan=-1.0).tolist() for name, values in frames.maps().items()}
+    tables = [(folder / name).read_text() for name in TABLES if (folder / name).exists()]
+    return results, tables, frames.times.tolist(), arrays, maps
 
 
 @pytest.mark.parametrize("name", CASES)

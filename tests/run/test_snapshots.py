@@ -112,7 +112,7 @@ def test_a_resumed_run_continues_the_frames(model, tmp_path):
     writer = FieldWriter(model, tmp_path, ("potential", "displacement"))
     for step in (0, 40, 120):
         writer.write(step, step * 1e-3)
-    writer.close(np.zeros((1, len(model.potential.v.x.array))))
+    writer.close({"activation_times": np.zeros((1, len(model.potential.v.x.array)))})
     part_of(frame(tmp_path, 160)).write_bytes(b"cut")
     kept = frame(tmp_path, 40).read_bytes()
 
@@ -134,7 +134,7 @@ def test_fields_are_in_the_order_of_the_mesh(model, tmp_path):
     model.mechanics.u.interpolate(lambda x: np.stack([x[i] * (i + 2) for i in range(dim)]))
     writer = FieldWriter(model, tmp_path, ("potential", "displacement"))
     writer.write(0, 0.0)
-    writer.close(3 * model.potential.v.x.array[None, :])
+    writer.close({"activation_times": 3 * model.potential.v.x.array[None, :]})
     found = Snapshots(tmp_path)
     expected = 1 + found.points[:, 0] - 2 * found.points[:, -1]
     np.testing.assert_allclose(found.field("potential"), expected, rtol=0, atol=1e-13)
@@ -199,7 +199,7 @@ def test_vtx_does_not_fit(model, tmp_path, monkeypatch):
     usage = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(fields_module.shutil, "disk_usage", lambda _: usage._replace(free=1000))
     with pytest.raises(ComputationError, match=r"fields.bp cannot be written: No space left.*--resume"):
-        writer.close(np.zeros((1, len(model.potential.v.x.array))))
+        writer.close({"activation_times": np.zeros((1, len(model.potential.v.x.array)))})
     writer.close()
     assert {path.name: path.read_bytes() for path in (tmp_path / "fields.bp").iterdir()} == before
     assert listing(tmp_path) == ["fields.bp", "snapshots"]

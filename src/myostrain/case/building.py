@@ -9,6 +9,7 @@ from typing import Any
 
 from myostrain import geometry
 from myostrain.case import size_estimate
+from myostrain.case.parsing import plain
 from myostrain.coupling import Electromechanics
 from myostrain.course import missed_peaks
 from myostrain.electrics import GivenPotential, Potential
@@ -135,6 +136,11 @@ def simulation(case: Any, comm: Any, out: Path | None, force: bool, resume: bool
         fields=case.output.fields,
         checkpoint_every=case.output.checkpoint_every,
         checkpoint_seconds=case.output.checkpoint_seconds,
+        title=case.title,
+        units=plain(case.units),
+        repolarization=case.output.repolarization,
+        tip=case.output.tip,
+        electrodes=case.electrodes,
         ellipticity=case.mechanics.ellipticity,
         force=force,
         resume=resume,

@@ -16,7 +16,7 @@ from myostrain.case.overrides import override
 from myostrain.case.parsing import (
     make,
     make_placed,
-    make_probes,
+    make_points,
     make_solver,
     pick,
     plain,
@@ -46,6 +46,7 @@ from myostrain.electrics import Drive, InitialValues, Stimulus
 from myostrain.engine import MPI
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.mechanics import ImposedStretch
+from myostrain.output.units import units_of
 from myostrain.run.simulation import Simulation
 from myostrain.schemes import Implicit
 
@@ -82,6 +83,7 @@ class Case:
     scheme: Any
     time: TimeSection
     probes: Mapping[str, tuple[float, ...]]
+    electrodes: Mapping[str, tuple[float, ...]]
     output: OutputSection
     solver: Mapping[str, Mapping[str, Any]]
     parameters: Mapping[str, Any]
@@ -226,13 +228,16 @@ class Case:
                 sections={"every": "mechanics"},
             ),
             "time": make(TimeSection, timing, "time"),
-            "probes": make_probes(part["probes"]),
+            "probes": make_points(part["probes"], "probes", "a probe", "[100.0]"),
+            "electrodes": make_points(part["electrodes"], "electrodes", "an electrode", "[50.0, 0.0, 20.0]"),
             "output": make(OutputSection, part["output"], "output"),
             "solver": make_solver(part["solver"]),
         }
+        if made["output"].tip is not None and kin.dim != 2:
+            raise InputError("tips are found on sheets; leave it out", "output.tip")
         if made["mechanics"].ellipticity == "warn" and kin.dim < 3:
             raise InputError("only a solid's is sampled; leave it out", "mechanics.ellipticity")
-        _check_units(made["units"], made["cell"])
+        units_of(None if driven else made["cell"], plain(made["units"]))
         texts = {"name": data.get("name", name)}
         texts |= {"title": data.get("title", texts["name"]), "cost": data.get("cost", "")}
         return cls(**texts, **made, parameters=_resolved(texts, made))
@@ -274,22 +279,6 @@ class Case:
             InputError: It would not fit into memory or on the disk, or see :meth:`build`.
         """
         return building.simulation(self, comm, out, force, resume)
-
-
-def _check_units(units: UnitsSection, membrane: Any) -> None:
-    """Refuse units that contradict those which the membrane declares.
-
-    Raises:
-        InputError: They do.
-    """
-    for name in ("time", "potential"):
-        declared, given = getattr(membrane, f"{name}_unit", None), getattr(units, name)
-        if declared is not None and given is not None and declared != given:
-            raise InputError(
-                f"{type(membrane).__name__} counts the {name} in {declared}, not {given}; nothing is "
-                f'converted: give "{declared}", and all numbers of the case in it',
-                f"units.{name}",
-            )
 
 
 def _check_drive(data: Mapping[str, Any]) -> None:
@@ -368,6 +357,7 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
         },
         "time": {**plain(made["time"]), "scheme": word(made["scheme"], SCHEMES), **scheme},
         "probes": plain(made["probes"]),
+        "electrodes": plain(made["electrodes"]),
         "output": plain(made["output"]),
         "solver": plain(made["solver"]),
     }

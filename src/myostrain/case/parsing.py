@@ -52,7 +52,8 @@ def make(
     except InvalidDescription as error:
         found = error.found
     place = [part for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
-    place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple", "ImposedStretch")]
+    kinds = ("float", "int", "str", "bool", "tuple", "ImposedStretch", "Tip")
+    place = [part for part in place if part not in kinds]
     where = (sections or {}).get(str(place[0]), section) if place else section
     key = ".".join([where, *map(str, place)])
     if found["type"] == "missing" and not isinstance(place[-1], int):
@@ -84,17 +85,26 @@ def make_placed(cls: Any, given: Any, section: str) -> tuple[Any, ...]:
     return tuple(made)
 
 
-def make_probes(section: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
-    """The section [probes], checked; the points' dimension shows only on the mesh."""
+def make_points(
+    section: Mapping[str, Any], name_of: str, what: str, example: str
+) -> dict[str, tuple[float, ...]]:
+    """A section of points by name, checked; their dimension shows only on the mesh.
+
+    Args:
+        section: The section.
+        name_of: Its name.
+        what: What a point is, for the message.
+        example: A point, for the message.
+    """
     checked = {}
     for name, point in section.items():
         if not name.isprintable() or not 0 < len(name) <= 100:
-            raise InputError("call a probe by a short, printable name", dotted("probes", name))
+            raise InputError(f"call {what} by a short, printable name", dotted(name_of, name))
         try:
             checked[name] = pydantic.TypeAdapter(tuple[Finite, ...]).validate_python(point)
         except pydantic.ValidationError:
             raise InputError(
-                f"give finite coordinates, such as [100.0], not {shown(point)}", dotted("probes", name)
+                f"give finite coordinates, such as {example}, not {shown(point)}", dotted(name_of, name)
             ) from None
     return checked
 

@@ -26,7 +26,7 @@ DRAWING = ".drawing"
 
 #: Keys that leave the problem which is solved as it is.
 NUMERICS = (
-    *("name.", "title.", "cost.", "units.", "output.", "probes.", "solver."),
+    *("name.", "title.", "cost.", "units.", "output.", "probes.", "electrodes.", "solver."),
     *("geometry.spacing.", "geometry.layers.", "potential.refinement.", "time.step.", "time.scheme."),
     *("mechanics.every.", "mechanics.tolerance.", "mechanics.augmentation.", "mechanics.ellipticity."),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from myostrain import activation, geometry, kinematics, materials, membranes
 from myostrain.course import Course
@@ -15,9 +15,15 @@ from myostrain.errors import InputError
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import VectorCourse
 from myostrain.output.fields import FieldName
+from myostrain.output.tips import Tip
 from myostrain.run.simulation import CHECKPOINT_SECONDS
 from myostrain.schemes import Implicit, SecondOrder, Staggered
 from myostrain.validation import Flag, Level, NonNegative, Positive, description
+
+from pydantic import Field
+
+#: More than nothing, less than all.
+Percentage = Annotated[float, Field(gt=0, lt=100, strict=True)]
 
 GEOMETRIES = {
     "line": geometry.Line,
@@ -134,6 +140,9 @@ class OutputSection:
     Args:
         every: Simulated time between written fields; a sixtieth of the run unless given.
         fields: Which fields; "stress" is the Cauchy stress, `stress_xx`, `stress_xy`, ..., at the nodes.
+        repolarization: Percentages of repolarisation at which the end of each beat is taken at every node and
+            probe: a number such as 90, for APD90, or several.
+        tip: What the tip of a spiral wave is, on a sheet; its trajectory is written into `tip.csv`.
         rigid_twin: Whether the same case is run on the rigid body too, for comparison.
         checkpoint_every: Simulated time between checkpoints; none by simulated time unless given.
         checkpoint_seconds: Seconds of wall clock between checkpoints.
@@ -141,6 +150,8 @@ class OutputSection:
 
     every: Positive | None = None
     fields: tuple[FieldName, ...] = ("potential", "states", "displacement", "stress_trace")
+    repolarization: Percentage | tuple[Percentage, ...] = (90.0,)
+    tip: Tip | None = None
     rigid_twin: Flag = False
     checkpoint_every: Positive | None = None
     checkpoint_seconds: Positive = CHECKPOINT_SECONDS
@@ -180,6 +191,7 @@ SECTIONS = {
     "mechanics": True,
     "time": True,
     "probes": False,
+    "electrodes": False,
     "output": False,
     "solver": False,
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from itertools import combinations_with_replacement
@@ -41,13 +41,6 @@ def cell_fibres(body: Body) -> Array:
     return np.asarray(f0, dtype=float).reshape(len(cells), -1)
 
 
-def _about(potential: Any) -> dict[str, Any]:
-    """What pictures have to know of a potential: range, threshold and units."""
-    membrane = getattr(potential, "membrane", None)
-    units = {name: getattr(membrane, f"{name}_unit", None) for name in ("time", "potential")}
-    return {"range": potential.range, "threshold": potential.threshold, "units": units}
-
-
 class FieldWriter:
     """Writes chosen fields at the times when :meth:`write` is called; all methods are collective.
 
@@ -56,9 +49,16 @@ class FieldWriter:
         folder: The result folder.
         names: Which fields; "states" means all of the membrane's, "stress" the Cauchy stress,
             ``stress_xx``, ``stress_xy``, ...
+        about: What pictures have to know of the run: see :func:`~myostrain.output.units.about`.
     """
 
-    def __init__(self, model: Electromechanics, folder: Path, names: Sequence[FieldName]) -> None:
+    def __init__(
+        self,
+        model: Electromechanics,
+        folder: Path,
+        names: Sequence[FieldName],
+        about: Mapping[str, Any] | None = None,
+    ) -> None:
         self._model, self._folder = model, folder
         self._space = space = model.potential.v.function_space
         self._names = set(names)
@@ -69,7 +69,7 @@ class FieldWriter:
         if self._values(headers=True):
             body = model.potential.body
             fibres = cell_fibres(body) if body.dim == 3 else None
-            self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres, _about(model.potential))
+            self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres, about)
 
     def write(self, step: int, time: float) -> None:
         """Write the present fields, after so many steps.
@@ -108,21 +108,21 @@ class FieldWriter:
         if self._snapshots is not None:
             self._snapshots.truncate(step)
 
-    def close(self, activation_times: Array | None = None) -> None:
+    def close(self, maps: Mapping[str, Array] | None = None) -> None:
         """Make ``fields.bp`` of the snapshots.
 
         Args:
-            activation_times: The nodes' activation times (beats, local nodes), NaN for none, if the run
-                reached its end. None if it did not: then nothing is raised, so that the reason why is not
-                hidden.
+            maps: Of each node what there is at the end of a run, rows (rows, local nodes) by name, with the
+                activation times among them. None if the run did not reach its end: then nothing is raised,
+                so that the reason why is not hidden.
 
         Raises:
             ComputationError: Something cannot be written.
         """
         if self._snapshots is None:
             return
-        if activation_times is not None:
-            self._snapshots.finish(activation_times)
+        if maps is not None:
+            self._snapshots.finish(maps)
             write_vtx(self._folder, self._space, self._vectors)
         else:
             with suppress(InputError, RuntimeError):

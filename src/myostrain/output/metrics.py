@@ -75,10 +75,14 @@ def _crossing(X: Array, v: Array, i: int) -> tuple[float, float]:
     return float(origin + place * scale), float(abs(cubic.deriv()(place) / scale))
 
 
-def crossing_time(before: Array, after: Array, start: float, end: float, level: float = LEVEL) -> Array:
-    """Times (n,) at which values rise through a level between two times, linear in time; NaN for never."""
-    rises = (before < level) & (after >= level)
-    times = np.full(before.shape, np.nan)
-    share = (level - before[rises]) / (after[rises] - before[rises])
-    times[rises] = start + share * (end - start)
-    return times
+def last_durations(beats: Array, ends: Array) -> Array:
+    """Duration (nodes,) of the last beat of each node that has ended, NaN where none has.
+
+    Args:
+        beats: Activation times (beats, nodes).
+        ends: Repolarisation times (beats or fewer, nodes).
+    """
+    found = np.full(beats.shape[1], np.nan)
+    for begun, ended in zip(beats, ends, strict=False):
+        found = np.where(np.isnan(ended), found, ended - begun)
+    return found

@@ -9,7 +9,7 @@ from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError
 from myostrain.geometry.body import extent
 from myostrain.geometry.points import cells_at
-from myostrain.output.metrics import crossing_time
+from myostrain.output.beats import Activations, Beats, Repolarization
 from myostrain.state import FieldState, State
 
 import numpy as np
@@ -30,6 +30,7 @@ class Probes:
         InputError: A point has the wrong number of components or lies outside the body.
 
     Attributes:
+        mine: Numbers of this process's points.
         corners: Local nodes of the cells that hold this process's points, (points, dim + 1).
     """
 
@@ -43,7 +44,7 @@ class Probes:
             if not dim <= given.size <= 3 or not np.isfinite(given).all():
                 raise InputError(f"{list(point)}: give {dim} finite coordinates", f"probes.{name}")
             self.positions[row, : given.size] = given
-        self._mine, self.corners, self._weights = self._locate(space, dim)
+        self.mine, self.corners, self._weights = self._locate(space, dim)
 
     def _locate(self, space: fem.FunctionSpace, dim: int) -> tuple[Indices, Indices, Array]:
         mesh = space.mesh
@@ -72,15 +73,15 @@ class Probes:
         """Values at all probes, in their order, on every process."""
         whole = np.zeros((len(self.names), *local.shape[1:]))
         if self._comm.size == 1:
-            whole[self._mine] = local
+            whole[self.mine] = local
             return whole
-        for mine, values in self._comm.allgather((self._mine, local)):
+        for mine, values in self._comm.allgather((self.mine, local)):
             whole[mine] = values
         return whole
 
 
 class ActivationTimes:
-    """Times at which the potential rises through a threshold, at nodes and probes.
+    """Times at which the potential rises through a threshold, and is repolarised, at nodes and probes.
 
     They are linear in time between steps. Every rise counts, a beat each. What is above the threshold at
     the start is activated at time 0; it counts again once it has been below.
@@ -89,27 +90,46 @@ class ActivationTimes:
         potential: The potential, P1.
         probes: The probes.
         threshold: The membrane's threshold.
+        percents: Percentages of repolarisation, see :class:`~myostrain.output.beats.Repolarization`.
+        rest: The membrane's resting potential.
     """
 
-    def __init__(self, potential: fem.Function, probes: Probes, threshold: float) -> None:
-        self._v, self._probes, self._threshold = potential, probes, threshold
-        self._before = potential.x.array.copy()
-        self._nodes, self._points = _Beats(len(self._before)), _Beats(len(probes._mine))
+    def __init__(
+        self,
+        potential: fem.Function,
+        probes: Probes,
+        threshold: float,
+        percents: Sequence[float] = (),
+        rest: float = 0.0,
+    ) -> None:
+        self._v, self._probes = potential, probes
+        self.before = potential.x.array.copy()
+        nodes, points = len(self.before), len(probes.mine)
+        self._nodes, self._points = Activations(nodes, threshold), Activations(points, threshold)
+        self._ends_nodes = Repolarization(nodes, percents, rest)
+        self._ends_points = Repolarization(points, percents, rest)
+        self._comm = lasting(potential.function_space.mesh.comm)
 
     def start(self, time: float = 0.0) -> None:
         """Begin with the present potential."""
-        self._before[:] = self._v.x.array
-        for beats, values in ((self._nodes, self._before), (self._points, self._probes.local(self._before))):
-            beats.clear()
-            beats.add(np.where(values >= self._threshold, time, np.nan))
+        self.before[:] = self._v.x.array
+        for values, beats, ends in (
+            (self.before, self._nodes, self._ends_nodes),
+            (self._probes.local(self.before), self._points, self._ends_points),
+        ):
+            ends.start(values, beats.start(values, time))
 
     def observe(self, start: float, end: float) -> None:
         """Look at the potential after a step from ``start`` to ``end``."""
-        now, level = self._v.x.array, self._threshold
-        self._nodes.add(crossing_time(self._before, now, start, end, level))
-        before, after = self._probes.local(self._before), self._probes.local(now)
-        self._points.add(crossing_time(before, after, start, end, level))
-        self._before[:] = now
+        local = self._probes.local
+        now = self._v.x.array
+        for before, after, beats, ends in (
+            (self.before, now, self._nodes, self._ends_nodes),
+            (local(self.before), local(now), self._points, self._ends_points),
+        ):
+            new = beats.observe(before, after, start, end)
+            ends.observe(before, after, start, end, beats, new)
+        self.before[:] = now
 
     @property
     def nodes(self) -> Array:
@@ -118,59 +138,61 @@ class ActivationTimes:
 
     def beats(self) -> Array:
         """Time of each beat at each node, (beats, nodes), NaN for none (collective)."""
-        return self._nodes.together(self._probes._comm)
+        return self._nodes.together(self._comm)
+
+    def repolarizations(self) -> dict[float, Array]:
+        """By percentage the end of each beat at each node, (beats, nodes), NaN for none (collective)."""
+        return {percent: beats.together(self._comm) for percent, beats in self._ends_nodes.beats.items()}
 
     def at_probes(self) -> dict[str, list[float]]:
         """Times by probe name, in their order; none where it never happened (collective)."""
-        beats = self._points.together(self._probes._comm)
-        times = self._probes.gather(beats.T.copy())
+        times = self._gathered(self._points)
         return {
             name: [float(t) for t in row if not np.isnan(t)]
             for name, row in zip(self._probes.names, times, strict=True)
         }
 
+    def durations_at_probes(self) -> dict[float, dict[str, list[float | None]]]:
+        """By percentage and probe the duration of each beat, None of one without an end (collective)."""
+        begun = self.at_probes()
+        found: dict[float, dict[str, list[float | None]]] = {}
+        for percent, beats in self._ends_points.beats.items():
+            ends = self._gathered(beats)
+            found[percent] = {
+                name: [
+                    float(row[k] - t) if k < len(row) and np.isfinite(row[k]) else None
+                    for k, t in enumerate(begun[name])
+                ]
+                for name, row in zip(self._probes.names, ends, strict=True)
+            }
+        return found
+
+    def _gathered(self, beats: Beats) -> Array:
+        """Times at all probes, (probes, beats)."""
+        return self._probes.gather(beats.together(self._comm).T.copy())
+
     def state(self) -> State:
         """The times found so far (collective)."""
         space = self._v.function_space
-        points = self._probes.gather(self._points.together(self._probes._comm).T.copy())
+
+        def field(values: Array) -> FieldState:
+            return FieldState(space, values)
+
+        def points(values: Array) -> list[float]:
+            return [float(value) for value in self._probes.gather(values)]
+
         return {
-            "nodes": [FieldState(space, times) for times in self.beats()],
-            "probes": points.T.tolist(),
+            "nodes": [field(times) for times in self.beats()],
+            "probes": self._gathered(self._points).T.tolist(),
+            "ends_nodes": self._ends_nodes.state(field, self._comm),
+            "ends_probes": self._ends_points.state(points, self._comm),
         }
 
     def restore(self, state: State) -> None:
         """Go on from a state, with the present potential as that before the next step."""
-        self._before[:] = self._v.x.array
+        self.before[:] = self._v.x.array
+        mine = self._probes.mine
         self._nodes.put(np.array([field.values for field in state["nodes"]]))
-        self._points.put(np.array(state["probes"], dtype=float)[:, self._probes._mine])
-
-
-class _Beats:
-    """Times of the beats of n points: row k has each one's beat k, NaN where there is none yet."""
-
-    def __init__(self, n: int) -> None:
-        self._count = np.zeros(n, dtype=np.int64)
-        self.times: list[Array] = [np.full(n, np.nan)]
-
-    def clear(self) -> None:
-        self.put(np.full((1, len(self._count)), np.nan))
-
-    def put(self, times: Array) -> None:
-        self.times = [row.copy() for row in times]
-        self._count = (~np.isnan(times)).sum(axis=0)
-
-    def add(self, new: Array) -> None:
-        """Add the times (n,) that are numbers as the next beats of their points."""
-        rises = np.flatnonzero(~np.isnan(new))
-        for beat in np.unique(self._count[rises]).tolist():
-            while len(self.times) <= beat:
-                self.times.append(np.full(len(self._count), np.nan))
-            these = rises[self._count[rises] == beat]
-            self.times[beat][these] = new[these]
-        self._count[rises] += 1
-
-    def together(self, comm: Any) -> Array:
-        """The times (beats, n), as many rows on every process."""
-        rows = comm.allreduce(len(self.times), op=MPI.MAX)
-        missing = np.full((rows - len(self.times), len(self._count)), np.nan)
-        return np.vstack([*self.times, missing])
+        self._points.put(np.array(state["probes"], dtype=float)[:, mine])
+        self._ends_nodes.restore(state["ends_nodes"], lambda field: field.values)
+        self._ends_points.restore(state["ends_probes"], lambda row: np.array(row, dtype=float)[mine])

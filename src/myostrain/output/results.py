@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from myostrain.engine import MPI
-from myostrain.output.metrics import leading_pulse
+from myostrain.output.metrics import last_durations, leading_pulse
 from myostrain.output.probes import Probes
+from myostrain.solvers.linear import owned_dofs
 
 import numpy as np
+import numpy.typing as npt
 
 if TYPE_CHECKING:
     from myostrain.coupling import Electromechanics
+
+Array = npt.NDArray[np.float64]
 
 
 def metrics(
@@ -83,6 +88,33 @@ def _line_metrics(model: Electromechanics, displacement: Any) -> dict[str, float
     }
 
 
+def wave_metrics(
+    potential: Any, beats: Array, ends: Mapping[float, Array], velocity: Array
+) -> dict[str, float | None]:
+    """What maps of the nodes say of the whole body; None where no node has a value (collective).
+
+    ``conduction_velocity_median`` of the first activation, and of each percentage of repolarisation
+    ``apd90_median``, ``apd90_min`` and ``apd90_max`` of the nodes' last beats that have ended.
+
+    Args:
+        potential: The potential.
+        beats: Activation times (beats, local nodes).
+        ends: Repolarisation times by percentage, likewise.
+        velocity: Conduction velocity (local nodes,).
+    """
+    maps = {f"apd{percent:g}": last_durations(beats, times) for percent, times in ends.items()}
+    found: dict[str, float | None] = {}
+    for name, values in {"conduction_velocity": velocity, **maps}.items():
+        own = values[: owned_dofs(potential.v.function_space)]
+        whole = np.concatenate(potential.body.comm.allgather(own[np.isfinite(own)]))
+        sorts: dict[str, Any] = {"median": np.median}
+        if name in maps:
+            sorts |= {"min": np.min, "max": np.max}
+        for sort, function in sorts.items():
+            found[f"{name}_{sort}"] = float(function(whole)) if len(whole) else None
+    return found
+
+
 def solver_counts(model: Electromechanics) -> dict[str, dict[str, float]]:
     """Solves, iterations, factorizations of each solver; of the coupling, iterations and the body's lag."""
     counts: dict[str, dict[str, float]] = {"potential": {}}
@@ -116,3 +148,15 @@ def tolerances(model: Electromechanics) -> dict[str, float]:
     if model.mechanics is not None:
         found["mechanics"] = model.mechanics.solver.tolerance
     return found
+
+
+def about_solution(model: Electromechanics) -> dict[str, Any]:
+    """How and with what effort the model was solved."""
+    scheme = model.scheme
+    return {
+        "scheme": {"name": type(scheme).__name__, **vars(scheme), "order": scheme.order},
+        "tolerances": tolerances(model),
+        "solver": solver_counts(model),
+        "cells": model.potential.body.cells,
+        "unknowns": unknowns(model),
+    }

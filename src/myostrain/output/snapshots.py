@@ -48,7 +48,7 @@ class SnapshotWriter:
         vectors: Space of the vector fields, P1 with a block; None if there are none.
         fibres: Fibre directions at the centres of this process's own cells, (cells, dim); None to leave
             them out.
-        about: What the membrane says of the potential: its "range", "threshold" and "units".
+        about: What pictures have to know of the run: see :func:`~myostrain.output.units.about`.
     """
 
     def __init__(
@@ -110,11 +110,13 @@ class SnapshotWriter:
 
         on_first(self._comm, remove, folder)
 
-    def finish(self, activation_times: Array) -> None:
-        """Write the nodes' activation times (beats, local nodes), NaN for none, at the end of a run."""
-        beats = [self._nodes.gather(times) for times in activation_times]
-        whole = {"activation_time": beats[0], "activation_times": beats}
-        self._save("activation.npz", whole)
+    def finish(self, maps: Mapping[str, Array]) -> None:
+        """Write ``activation.npz`` at the end of a run: rows (rows, local nodes) by name, NaN for none.
+
+        The first row of the activation times is there once more, as ``activation_time``.
+        """
+        arrays = {name: [self._nodes.gather(row) for row in rows] for name, rows in maps.items()}
+        self._save("activation.npz", {"activation_time": arrays["activation_times"][0], **arrays})
 
     def _save(self, name: str, arrays: dict[str, Any]) -> None:
         path = self._folder / "snapshots" / name
@@ -140,7 +142,7 @@ class Snapshots:
         points: Material coordinates of the nodes, (n, dim).
         cells: Node numbers of the cells, (m, dim + 1).
         fibres: Fibre directions at the centres of the cells, (m, dim); None where they were not written.
-        about: What the membrane says of the potential: its "range", "threshold" and "units".
+        about: What pictures have to know of the run: see :func:`~myostrain.output.units.about`.
         times: Times of the frames, (frames,).
         names: Fields that every frame has; empty without a frame.
 
@@ -184,12 +186,16 @@ class Snapshots:
             return np.asarray(data[name], dtype=float)
 
     def activation(self) -> Array | None:
-        """Activation times (n,) of the nodes, NaN for never; None if the run did not reach its end."""
+        """First activation times (n,) of the nodes, NaN for never; None if the run did not reach its end."""
+        return self.maps().get("activation_time")
+
+    def maps(self) -> dict[str, Array]:
+        """What there is of each node at the end of a run: see :meth:`SnapshotWriter.finish`; else nothing."""
         path = self._folder / "activation.npz"
         if not path.exists():
-            return None
+            return {}
         with _opened(path) as data:
-            return np.array(data["activation_time"], dtype=float)
+            return {name: np.array(data[name], dtype=float) for name in data.files}
 
 
 @contextmanager

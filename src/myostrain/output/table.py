@@ -66,9 +66,18 @@ class Table:
         Raises:
             ComputationError: It cannot be written.
         """
+        self.add_rows(time, [values])
+
+    def add_rows(self, time: float, rows: Sequence[Sequence[float]]) -> None:
+        """Add any number of rows of one time; those of the first process count.
+
+        Raises:
+            ComputationError: They cannot be written.
+        """
 
         def write() -> None:
-            csv.writer(self._stream).writerow([repr(time), *(f"{value:.9g}" for value in values)])
+            writer = csv.writer(self._stream)
+            writer.writerows([repr(time), *(f"{value:.9g}" for value in row)] for row in rows)
             self._stream.flush()
 
         on_first(self._comm, write, self._path)

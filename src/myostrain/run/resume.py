@@ -29,7 +29,10 @@ FREE = (
 SMALL = 100
 
 #: What a part is made from that is compared elsewhere (the mesh, by its nodes) or follows from the rest.
-_ELSEWHERE = ("body", "former", "model.potential.deformation")
+_ELSEWHERE = (
+    *("body", "former", "model.potential.deformation"),
+    *("model.transfer.mesh", "model.transfer.deformation"),
+)
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
@@ -77,14 +80,16 @@ def accept(saved: State, now: State, step: float, steps: int) -> list[dict[str, 
     with restoring():
         time, done, changes = float(saved["model"]["time"]), int(saved["model"]["steps"]), saved["changes"]
         float(saved["seconds"])
-        for size in (saved["table"], saved["measures"]["size"]):
+        tips = saved["tips"] or {"size": None, "found": 0, "most": 0}
+        int(tips["found"] + tips["most"])
+        for size in (saved["table"], saved["measures"]["size"], tips["size"], saved["ecg"]):
             if not isinstance(size, int | None):
                 raise ValueError(f"{size!r} is no size of a table")
         dict(saved["measures"]["last"], **saved["measures"]["peaks"])
         len(saved["retries"])
         found: dict[str, Any] = {}
-        for part in ("built", "probes", "case"):
-            prefix = "probes." if part == "probes" else ""
+        for part in ("built", "probes", "electrodes", "case"):
+            prefix = f"{part}." if part in ("probes", "electrodes") else ""
             differ = differences(saved[part], now[part])
             found |= {f"{prefix}{key}": pair for key, pair in differ.items()}
         before = float(saved["step"])

@@ -15,12 +15,14 @@ from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, lasting, versions
 from myostrain.errors import ComputationError, InputError, Interrupted, nearest
 from myostrain.output import results as summary
-from myostrain.output.fields import FieldName, FieldWriter
+from myostrain.output.fields import FieldName
 from myostrain.output.folder import on_first, prepare, write_json
-from myostrain.output.probes import ActivationTimes, Probes
-from myostrain.output.table import MeasureTable, ProbeTable
+from myostrain.output.probes import Probes
+from myostrain.output.tips import Tip
+from myostrain.output.units import about
 from myostrain.run.checkpoint import Checkpoints, file_digests
 from myostrain.run.interrupts import Interrupts
+from myostrain.run.record import Record, Wanted, percentages, plain_points
 from myostrain.run.resume import accept, built, restoring
 from myostrain.run.retries import Recovery, check_finite
 from myostrain.run.schedule import Callback, CheckpointClock, Schedule, callbacks
@@ -57,6 +59,12 @@ class Simulation:
         on_step: What is called while the run goes on: functions of this simulation, called at the start and
             after every step, or a :class:`Callback` with an interval. Like what is written, it sees potential
             and body of one time.
+        title: What the pictures are called; the folder's name unless given.
+        units: In which units the numbers are, by "length", "time", "stress" and "potential", for the labels
+            of pictures: such as {"length": "mm"}. Those that the membrane declares need not be said.
+        repolarization: Percentages of repolarisation at which the end of each beat is taken: 90 for APD90.
+        tip: What a spiral's tip is, to write its trajectory on a sheet; None for none.
+        electrodes: Places in space by name, outside of the body, at which ``ecg.csv`` has the potential.
         ellipticity: "warn" looks for a loss of ellipticity of a solid where it is measured.
         checkpoint_every: Simulated time between checkpoints; None for none by simulated time.
         checkpoint_seconds: Seconds of wall clock between checkpoints, longer where one takes over a fiftieth
@@ -82,6 +90,11 @@ class Simulation:
         every: float | None = None,
         fields: Sequence[FieldName] = ("potential", "states", "displacement", "stress_trace"),
         on_step: Sequence[Callback | Callable[[Simulation], None]] = (),
+        title: str = "",
+        units: Mapping[str, str] | None = None,
+        repolarization: float | Sequence[float] = (90.0,),
+        tip: Tip | None = None,
+        electrodes: Mapping[str, Sequence[float]] | None = None,
         ellipticity: Literal["off", "warn"] = "off",
         checkpoint_every: float | None = None,
         checkpoint_seconds: float = CHECKPOINT_SECONDS,
@@ -121,17 +134,29 @@ class Simulation:
         if self.out is not None:
             self._lock = prepare(self.out, force=force, resume=resume, comm=self._comm)
         self._resume = resume and out is not None
-        self._fields, self._ellipticity = tuple(fields), ellipticity == "warn"
-        self._fields_due = Schedule(end / 60 if every is None else every, self.step, self.steps, turn)
-        self._probes_due = Schedule(end / 1000, self.step, self.steps, turn)
+        looks = end / 1000 if tip is None or tip.every is None else tip.every
+        self._wanted = Wanted(
+            probes=self.probes,
+            fields=tuple(fields),
+            about=about(model.potential, title, units or {}),
+            fields_due=Schedule(end / 60 if every is None else every, self.step, self.steps, turn),
+            probes_due=Schedule(end / 1000, self.step, self.steps, turn),
+            tips_due=Schedule(looks, self.step, self.steps, turn),
+            ellipticity=ellipticity == "warn",
+            repolarization=percentages(repolarization),
+            tip=tip,
+            electrodes=dict(electrodes or {}),
+        )
         self._checkpoints_due = Schedule(checkpoint_every, self.step, self.steps)
-        if self.out is not None and every is not None and self._fields_due.rounded:
-            log.warning(
-                "output.every = %g is no whole number of the steps that solve mechanics (%g); it is %g",
-                every,
-                self.step * turn,
-                self._fields_due.interval,
-            )
+        for key, asked, schedule in (
+            ("output.every", every, self._wanted.fields_due),
+            ("output.tip.every", None if tip is None else tip.every, self._wanted.tips_due),
+        ):
+            if self.out is not None and asked is not None and schedule.rounded:
+                log.warning(
+                    "%s = %g is no whole number of the steps that solve mechanics (%g); it is %g",
+                    *(key, asked, self.step * turn, schedule.interval),
+                )
         self._callbacks = [
             (each.call, Schedule(each.every or self.step * turn, self.step, self.steps, turn))
             for each in callbacks(on_step)
@@ -184,21 +209,18 @@ class Simulation:
                 f"this simulation has written {out}; make another one, with another folder", "out"
             )
         self._ran = True
-        self._output_seconds = self._checkpoint_seconds = 0.0
+        self._checkpoint_seconds = 0.0
         recovery = Recovery(model)
         checkpoints = None if out is None else Checkpoints(out, _spaces(model))
         saved = self._saved(checkpoints)
-        activation = ActivationTimes(model.potential.v, self.probes, model.potential.threshold)
         if saved is None:
             try:
                 recovery.start()
             except ComputationError as error:
                 raise self._failed(error, None, {}) from error
-            activation.start()
         else:
             with restoring():
                 model.restore(saved["model"])
-                activation.restore(saved["activation"])
                 recovery.resume(saved["retries"])
         setup = time.perf_counter() - begin + self._setup
         before = 0.0 if saved is None else saved["seconds"]  # spent before this process began
@@ -212,57 +234,37 @@ class Simulation:
                 "versions": versions(),
                 "step": self.step,
                 "model": model.state(),
-                "activation": activation.state(),
                 "retries": recovery.retries,
-                "table": rows.size(),
-                "measures": measures.state(),
                 "seconds": before + time.perf_counter() - begin + self._setup,
+                **record.state(),
             }
 
-        rows = ProbeTable(model, self.probes, out, None if saved is None else saved["table"])
-        measures = MeasureTable(
-            model,
-            out,
-            ellipticity=self._ellipticity,
-            saved=None if saved is None else saved.get("measures"),
-        )
-        writer = None
-        orderly = False  # whether all processes come to the end together
+        record = Record(model, self._wanted, out, saved)
         try:
-            if out is not None and self._fields:
-                writer = FieldWriter(model, out, self._fields)
-                writer.truncate(first if saved is not None else -1)
+            record.begin()
             if saved is None:
-                self._write(writer, rows, measures, 0)
                 self._call(0)
             for number in range(first + 1, self.steps + 1):
                 start = model.time
                 recovery.step(number * self.step)
-                activation.observe(start, model.time)
-                self._write(writer, rows, measures, number)
+                record.observe(start, number)
                 self._call(number)
                 if progress is not None:
                     progress.update(number, model.time)
                 self._pause(number, checkpoints, state, interrupts)
-            orderly = True
-            if writer is not None:
-                writer.close(activation.beats())
+            record.finish()
         except ComputationError as error:
             failure = self._failed(error, checkpoints, state)
-            if writer is not None and not orderly:
-                writer.close(None)
+            record.stop()
             raise failure from error
         except Interrupted:
-            if writer is not None:
-                writer.close(None)
+            record.stop()
             raise
         finally:
-            rows.close()
-            measures.close()
-        self.activation_times = activation.nodes
+            record.close()
+        self.activation_times = record.activation_times
         total = before + time.perf_counter() - begin + self._setup
-        results = self._results(activation.at_probes(), setup, total, recovery.retries)
-        results["metrics"] |= measures.metrics()
+        results = self._results(record, setup, total, recovery.retries)
         if finish is not None:
             finish(results)
         if out is not None:
@@ -280,7 +282,8 @@ class Simulation:
         self._what = {
             "case": json.loads(json.dumps(self._case["parameters"])),
             "built": built(self.model, log.info),
-            "probes": {name: list(map(float, point)) for name, point in self._points.items()},
+            "probes": plain_points(self._points),
+            "electrodes": plain_points(self._wanted.electrodes),
         }
         if not self._resume:
             return None
@@ -341,18 +344,6 @@ class Simulation:
                 write_json(self.out / "failure.json", record)
         return failure
 
-    def _write(
-        self, writer: FieldWriter | None, rows: ProbeTable, measures: MeasureTable, number: int
-    ) -> None:
-        begin = time.perf_counter()
-        if self._fields_due.due(number):
-            if writer is not None:
-                writer.write(number, self.model.time)
-            measures.add()
-        if self._probes_due.due(number):
-            rows.add()
-        self._output_seconds += time.perf_counter() - begin
-
     def _call(self, number: int) -> None:
         for call, schedule in self._callbacks:
             if schedule.due(number):
@@ -360,7 +351,7 @@ class Simulation:
 
     def _results(
         self,
-        activation: dict[str, list[float]],
+        record: Record,
         setup: float,
         total: float,
         retries: list[dict[str, Any]],
@@ -368,7 +359,9 @@ class Simulation:
         model = self.model
         mechanics = model.mechanics.seconds if model.mechanics is not None else 0.0
         positions = dict(zip(self.probes.names, self.probes.positions.tolist(), strict=True))
-        metrics, notes = summary.metrics(model, self.probes, activation)
+        at_probes = record.at_probes()
+        beats = {name: found["activation_times"] for name, found in at_probes.items()}
+        metrics, notes = summary.metrics(model, self.probes, beats)
         return {
             "case": self._case["name"],
             "completed": True,
@@ -376,36 +369,22 @@ class Simulation:
             "steps": model.steps,
             "step": self.step,
             "processes": model.potential.body.comm.size,
-            "scheme": {
-                "name": type(model.scheme).__name__,
-                **vars(model.scheme),
-                "order": model.scheme.order,
-            },
-            "tolerances": summary.tolerances(model),
-            "metrics": metrics,
+            **summary.about_solution(model),
+            "metrics": {**metrics, **record.metrics},
             "notes": notes,
-            "probes": {
-                name: {
-                    "position": positions[name],
-                    "activation_time": next(iter(activation[name]), None),
-                    "activation_times": activation[name],
-                }
-                for name in self.probes.names
-            },
-            "output": {"every": self._fields_due.interval, "probes_every": self._probes_due.interval},
-            "solver": summary.solver_counts(model),
+            "units": self._wanted.about["units"],
+            "probes": {name: {"position": positions[name], **at_probes[name]} for name in self.probes.names},
+            "output": self._wanted.intervals,
             "seconds": {
                 "total": total,
                 "setup": setup,
                 "potential": model.potential.seconds,
                 "mechanics": mechanics,
-                "output": self._output_seconds,
+                "output": record.seconds,
                 "checkpoints": self._checkpoint_seconds,
             },
             "retries": retries,
             "changes": self._changes,
-            "cells": model.potential.body.cells,
-            "unknowns": summary.unknowns(model),
             "parameters": self._case["parameters"],
             "versions": versions(),
         }

@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import json
 import tomllib
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
-from myostrain.output.figures.style import potential_range
+from myostrain.output.figures.style import at_time, potential_range
 from myostrain.output.folder import read_regular
+from myostrain.output.metrics import last_durations
 from myostrain.output.snapshots import Snapshots
 
 import numpy as np
@@ -57,7 +59,8 @@ class Recording:
     @property
     def title(self) -> str:
         """The case's title, or the folder's name, and whether the run did not reach its end."""
-        title = str(self.case.get("title") or self.folder.resolve().name)
+        about = self._snapshots.about
+        title = str(self.case.get("title") or about.get("title") or self.folder.resolve().name)
         return title if self.results else f"{title} (run not finished)"
 
     @property
@@ -91,6 +94,11 @@ class Recording:
         return potential_range(values)
 
     @property
+    def rest(self) -> float:
+        """The potential at rest."""
+        return float(self._snapshots.about.get("rest", 0.0))
+
+    @property
     def threshold(self) -> float:
         """The potential above which a node counts as activated."""
         return float(self._snapshots.about.get("threshold", 0.5))
@@ -100,6 +108,18 @@ class Recording:
         units = self._units()
         unit = units.get(quantity) if units else "non-dimensional"
         return symbol if unit is None else f"{symbol} ({unit})"
+
+    def rate_label(self, symbol: str, quantity: str, over: str) -> str:
+        """An axis label of a quantity over another one, such as a length over a time."""
+        units = self._units()
+        if not units:
+            return f"{symbol} (non-dimensional)"
+        one, other = units.get(quantity), units.get(over)
+        return symbol if one is None or other is None else f"{symbol} ({one}/{other})"
+
+    def when(self, frame: int) -> str:
+        """The line that says when a frame is: "t = 0.35 ms"."""
+        return f"{at_time(self.time[frame])} {self.unit('time')}".strip()
 
     def has(self, *names: str) -> bool:
         """Whether there are frames, with all these fields."""
@@ -119,26 +139,46 @@ class Recording:
 
     def activation(self) -> Array | None:
         """First activation times (n,) of the nodes, NaN for never; None if the run did not get that far."""
-        return self._snapshots.activation()
+        return self.maps.get("activation_time")
 
-    def probe_histories(self, quantity: str) -> tuple[Array, dict[str, Array]]:
-        """Times (samples,) and, by probe name, values (samples,) of one quantity, from ``probes.csv``."""
-        path = self.folder / "probes.csv"
+    @cached_property
+    def maps(self) -> dict[str, Array]:
+        """What there is of each node at the end of a run, rows (rows, n) by name."""
+        return self._snapshots.maps()
+
+    def durations(self) -> dict[str, Array]:
+        """By percentage of repolarisation, as text, the duration (n,) of each node's last ended beat."""
+        prefix = "repolarization_times_"
+        return {
+            name.removeprefix(prefix): last_durations(self.maps["activation_times"], ends)
+            for name, ends in self.maps.items()
+            if name.startswith(prefix)
+        }
+
+    def table(self, name: str) -> dict[str, Array]:
+        """Columns (rows,) by name of a table such as ``probes.csv``; nothing if there is none."""
+        path = self.folder / name
         if not path.exists():
-            return np.empty(0), {}
+            return {}
         try:
             lines = read_regular(path).decode().splitlines()
-            header, *rows = list(csv.reader(lines)) or [[]]
+            header, *rows = list(csv.reader(lines)) or [["time"]]
             whole = [row for row in rows if len(row) == len(header)]
-            table = np.array(whole, dtype=float).reshape(len(whole), len(header)).T
-            columns = dict(zip(header, table, strict=True))
-            times = columns.pop("time")
+            columns = np.array(whole, dtype=float).reshape(len(whole), len(header)).T
+            found = dict(zip(header, columns, strict=True))
+            found["time"]
         except (OSError, ValueError, KeyError, csv.Error) as error:
             raise InputError(
                 f"{path} cannot be read as a table of numbers: {error}; remove it or repair it"
             ) from error
+        return found
+
+    def probe_histories(self, quantity: str) -> tuple[Array, dict[str, Array]]:
+        """Times (samples,) and, by probe name, values (samples,) of one quantity, from ``probes.csv``."""
+        columns = self.table("probes.csv")
         wanted = f".{quantity}"
-        return times, {name.removesuffix(wanted): c for name, c in columns.items() if name.endswith(wanted)}
+        found = {name.removesuffix(wanted): c for name, c in columns.items() if name.endswith(wanted)}
+        return columns.get("time", np.empty(0)), found
 
 
 def _parsed(path: Path, parse: Any) -> dict[str, Any]:

@@ -10,19 +10,26 @@ from myostrain.output.figures.published import draw_benchmark
 from myostrain.output.figures.sheet import draw_sheet
 from myostrain.output.figures.solid import draw_solid
 from myostrain.output.figures.style import COLOURS, GREY, SEQUENTIAL, new_figure, plain, save, style
+from myostrain.output.figures.tips import draw_tips
 from myostrain.output.folder import writing
 from myostrain.output.manifest import make_folder
 
+import numpy as np
+import numpy.typing as npt
 from matplotlib import colormaps
+
+Array = npt.NDArray[np.float64]
 
 
 def draw(folder: Path) -> list[Path]:
     """Draw everything a result folder is about into ``folder/figures``.
 
-    A line gives ``potential.png``, ``evolution.png`` and ``space-time.png``, with the rigid twin in
-    ``folder/rigid`` beside it if there is one; a sheet gives ``potential.png``, ``stress.png``,
-    ``activation.png`` and ``animation.gif``; a solid these, ``displacement.png`` and ``fibres.png``, if
-    PyVista is there; probes of any body give ``probes.png``, published numbers to compare with ``land.png``.
+    A line gives ``potential.png``, ``evolution.png``, ``space-time.png``, with the rigid twin in
+    ``folder/rigid`` beside it if there is one, and ``maps.png``; a sheet gives ``potential.png``,
+    ``stress.png``, ``activation.png``, ``apd90.png``, ``conduction-velocity.png``, ``animation.gif``, and
+    ``tip.png`` of a spiral; a solid these, ``displacement.png`` and ``fibres.png``, if PyVista is there;
+    probes of any body give ``probes.png``, electrodes ``ecg.png``, published numbers to compare with
+    ``land.png``.
     What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are
     replaced.
 
@@ -49,28 +56,35 @@ def draw(folder: Path) -> list[Path]:
             written += draw_line(run, twin, figures)
         elif len(run.time) and run.dim == 2:
             written += draw_sheet(run, figures)
+            written += draw_tips(run, twin, figures / "tip.png")
         elif len(run.time) and run.dim == 3:
             written += draw_solid(run, figures)
-        written += _probes(run, figures / "probes.png")
+        times, histories = run.probe_histories("potential")
+        label = run.label("$v$", "potential")
+        written += _signals(run, times, histories, label, run.rest, figures / "probes.png")
+        leads = run.table("ecg.csv")
+        times, label = leads.pop("time", np.empty(0)), "$\\varphi$ over $\\sigma / \\sigma_e$"
+        if run.dim == 3:
+            label = run.label(label, "potential")
+        written += _signals(run, times, leads, label, 0.0, figures / "ecg.png")
     return written + (draw_benchmark(folder, run.results) if run.results else [])
 
 
-def _probes(run: Recording, path: Path) -> list[Path]:
-    """v over time at the probes."""
-    times, histories = run.probe_histories("potential")
-    if len(times) < 2 or not histories:
+def _signals(
+    run: Recording, times: Array, signals: dict[str, Array], label: str, level: float, path: Path
+) -> list[Path]:
+    """Values over time, a curve a name, and a thin line at a level."""
+    if len(times) < 2 or not signals:
         return []
     figure = new_figure(7.2, 3.4, run.title)
     panel = figure.add_subplot()
-    count = len(histories)
+    count = len(signals)
     colours = (
         COLOURS[:count] if count <= len(COLOURS) else [colormaps[SEQUENTIAL](i / count) for i in range(count)]
     )
-    lines = [panel.plot(times, v, color=c)[0] for v, c in zip(histories.values(), colours, strict=True)]
-    panel.legend(
-        lines, [f" {plain(name)}" for name in histories], loc="center left", bbox_to_anchor=(1.0, 0.5)
-    )
-    panel.axhline(0, color=GREY, linewidth=0.5, zorder=1)
-    panel.set(xlabel=run.label("$t$", "time"), ylabel=run.label("$v$", "potential"))
+    lines = [panel.plot(times, v, color=c)[0] for v, c in zip(signals.values(), colours, strict=True)]
+    panel.legend(lines, [f" {plain(name)}" for name in signals], loc="center left", bbox_to_anchor=(1.0, 0.5))
+    panel.axhline(level, color=GREY, linewidth=0.5, zorder=1)
+    panel.set(xlabel=run.label("$t$", "time"), ylabel=label)
     panel.margins(x=0)
     return [save(figure, path)]

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.output.figures.data import Recording
+from myostrain.output.figures.maps import draw_line_maps
 from myostrain.output.figures.style import (
     BLUE,
     GREY,
     POTENTIAL,
     SEQUENTIAL,
     VERMILION,
-    at_time,
     extend,
     new_figure,
     save,
@@ -25,11 +25,11 @@ from matplotlib.colors import Normalize
 
 Array = npt.NDArray[np.float64]
 
-#: Rows of the table under the pulse: what it says, and the metric's name.
+#: Rows of the table under the pulse: what it says, the metric's name, and whether it is over a time.
 _TABLE = (
-    ("celerity", "celerity"),
-    ("width in $X$", "width_material"),
-    ("width in $x$", "width_spatial"),
+    ("celerity", "celerity", True),
+    ("width in $X$", "width_material", False),
+    ("width in $x$", "width_spatial", False),
 )
 
 
@@ -102,7 +102,7 @@ def resampled(values: Array, at: Array, count: int) -> Array:
 
 
 def draw_line(recording: Recording, twin: Recording | None, folder: Path) -> list[Path]:
-    """Draw ``potential.png``, ``evolution.png`` and ``space-time.png`` of a line.
+    """Draw ``potential.png``, ``evolution.png``, ``space-time.png`` and ``maps.png`` of a line.
 
     Args:
         recording: The run, with at least one frame.
@@ -120,13 +120,13 @@ def draw_line(recording: Recording, twin: Recording | None, folder: Path) -> lis
     if len(recording.time) > 1:
         written.append(_evolution(recording, folder / "evolution.png"))
         written.append(_space_time(recording, twin, folder / "space-time.png"))
-    return written
+    return written + draw_line_maps(recording, folder / "maps.png")
 
 
 def _pulse(recording: Recording, twin: Recording | None, path: Path) -> Path:
     """v over x and below v and w over X at the last frame: the paper's figure 1."""
     moves = recording.has("displacement")
-    table = _table(recording.metrics, {} if twin is None else twin.metrics, moves)
+    table = _table(recording, {} if twin is None else twin.metrics, moves)
     heights = ([2.6] if moves else []) + [2.6] + ([0.24 * (len(table) + 1)] if table else [])
     figure = new_figure(7.2, sum(heights) + 0.9, recording.title)
     panels = figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
@@ -156,7 +156,7 @@ def _pulse(recording: Recording, twin: Recording | None, path: Path) -> Path:
         if _scaled(recording):
             panel.set_ylim(*_both(panel.get_ylim(), (POTENTIAL[0], POTENTIAL[1] + 0.08)))
         panel.legend(loc="best")
-    panels[0].set_title(at_time(recording.time[-1]))
+    panels[0].set_title(recording.when(-1))
     if table:
         _write_table(panels[-1], table, [run[2] for run in runs])
     return save(figure, path)
@@ -182,17 +182,18 @@ def _axes(panel: Any, recording: Recording, name: str, *, with_recovery: bool = 
     panel.margins(x=0)
     panel.set_xlabel(recording.label(name, "length"))
     panel.set_ylabel(recording.label("$v$, $w$" if with_recovery else "$v$", "potential"))
-    panel.axhline(0, color=GREY, linewidth=0.5, zorder=1)
+    panel.axhline(recording.rest, color=GREY, linewidth=0.5, zorder=1)
 
 
-def _table(metrics: dict[str, Any], twin: dict[str, Any], moves: bool) -> list[list[str]]:
+def _table(recording: Recording, twin: dict[str, Any], moves: bool) -> list[list[str]]:
     """Rows of text: what, the run's, the twin's, their ratio; without the latter if there is no twin."""
-    rows = []
-    for label, name in _TABLE:
-        mine, other = metrics.get(name), twin.get(name)
+    rows, length, time = [], recording.unit("length"), recording.unit("time")
+    for label, name, rate in _TABLE:
+        mine, other = recording.metrics.get(name), twin.get(name)
         if mine is None or (name == "width_spatial" and not moves):
             continue
-        row = [label, f"{mine:.4g}"]
+        unit = (f"{length}/{time}" if time else "") if rate else length
+        row = [f"{label} ({unit})" if length and unit else label, f"{mine:.4g}"]
         if twin:
             row += ["–", "–"] if other is None else [f"{other:.4g}", f"{mine / other:.3f}" if other else "–"]
         rows.append(row)
@@ -221,7 +222,7 @@ def _evolution(recording: Recording, path: Path, count: int = 6) -> Path:
         panel.plot(
             *_over(recording, frame, recording.deformed(frame)),
             color=colour,
-            label=at_time(recording.time[frame]),
+            label=recording.when(frame),
         )
     _axes(panel, recording, "spatial $x$" if recording.has("displacement") else "$X$")
     panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

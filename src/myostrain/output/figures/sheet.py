@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from myostrain.output.figures.data import Recording
+from myostrain.output.figures.maps import NodalMap, nodal_maps
 from myostrain.output.figures.raster import interpolated
 from myostrain.output.figures.style import (
     DIVERGING,
     DPI,
     GREY,
     SEQUENTIAL,
-    at_time,
     extend,
     new_figure,
     plain,
@@ -29,7 +29,6 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 from PIL import Image
 
@@ -53,29 +52,13 @@ def boundary_edges(cells: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     return unique[count == 1]
 
 
-def isochrone_levels(times: Array, count: int = 12) -> Array:
-    """Round times, evenly spaced, that enclose all given ones.
-
-    Args:
-        times: Activation times, NaN for never.
-        count: At most so many intervals.
-
-    Returns:
-        At least two levels, ascending; none where nothing was activated, or all at once.
-    """
-    if np.isnan(times).all() or np.nanmin(times) == np.nanmax(times):
-        return np.empty(0)
-    locator = MaxNLocator(count, steps=[1, 2, 2.5, 5, 10])
-    return np.asarray(locator.tick_values(np.nanmin(times), np.nanmax(times)))
-
-
 def film_frames(count: int, most: int = FRAMES) -> list[int]:
     """At most so many of ``count`` frames, as evenly spaced as can be, the first and the last among them."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int)).tolist()
 
 
 def draw_sheet(recording: Recording, folder: Path) -> list[Path]:
-    """Draw ``potential.png``, ``stress.png``, ``activation.png`` and ``animation.gif`` of a sheet.
+    """Draw ``potential.png``, ``stress.png``, maps such as ``activation.png``, ``animation.gif`` of a sheet.
 
     Args:
         recording: The run, with at least one frame.
@@ -95,9 +78,7 @@ def draw_sheet(recording: Recording, folder: Path) -> list[Path]:
         colours = {"cmap": DIVERGING, "norm": Normalize(*symmetric_range(trace))}
         label = recording.label("trace of the Cauchy stress", "stress")
         written.append(_still(recording, trace, label, colours, folder / "stress.png"))
-    times = recording.activation()
-    if times is not None and len(isochrone_levels(times)):
-        written.append(_activation(recording, times, folder / "activation.png"))
+    written += [_map(recording, each, folder / f"{each.name}.png") for each in nodal_maps(recording)]
     if recording.has("potential") and len(recording.time) > 1:
         written.append(_film(recording, folder / "animation.gif"))
     return written
@@ -141,26 +122,26 @@ def _still(recording: Recording, values: Array, label: str, colours: dict[str, A
         Triangulation(*x.T, recording.cells), values, shading="gouraud", zorder=2, **colours
     )
     panel.add_collection(_outline(x, edges, "black"))
-    panel.set_title(at_time(recording.time[-1]))
+    panel.set_title(recording.when(-1))
     _bar(figure, panel, image, label, extend=extend(colours["norm"], values))
     return save(figure, path)
 
 
-def _activation(recording: Recording, times: Array, path: Path) -> Path:
-    """Isochrones on the reference body, and the probes."""
+def _map(recording: Recording, shown: NodalMap, path: Path) -> Path:
+    """A map in bands on the reference body, and the probes."""
     X, cells = recording.points, recording.cells
-    never = np.isnan(times)
-    levels = isochrone_levels(times)
+    never, levels = np.isnan(shown.values), shown.levels
     figure, panel = _page(recording, X, deformed=False)
     panel.tripcolor(
         Triangulation(*X.T, cells), np.zeros(len(X)), cmap=ListedColormap(["#e4e4e4"]), shading="gouraud"
     )
     body = Triangulation(*X.T, cells, mask=never[cells].any(axis=1))
-    known = np.where(never, 0.0, times)
-    image = panel.tricontourf(body, known, levels=levels, cmap=SEQUENTIAL)
+    known = np.where(never, levels[0], shown.values)
+    norm = Normalize(levels[0], levels[-1])
+    image = panel.tricontourf(body, known, levels=levels, cmap=SEQUENTIAL, extend=extend(norm, known))
     panel.tricontour(body, known, levels=levels, colors="white", linewidths=0.6)
     panel.add_collection(_outline(X, boundary_edges(cells), "black"))
-    _bar(figure, panel, image, recording.label("activation time", "time"))
+    _bar(figure, panel, image, shown.label)
     halo = [withStroke(linewidth=2.5, foreground="white")]
     for name, place in recording.probes.items():
         panel.plot(*place, "o", color="white", markeredgecolor="black", markersize=5, zorder=4)
@@ -169,7 +150,7 @@ def _activation(recording: Recording, times: Array, path: Path) -> Path:
         )
     if never.any():
         panel.legend(
-            handles=[Patch(color="#e4e4e4", label="not activated")], loc="lower left", bbox_to_anchor=(0, 1)
+            handles=[Patch(color="#e4e4e4", label=shown.missing)], loc="lower left", bbox_to_anchor=(0, 1)
         )
     return save(figure, path)
 
@@ -193,7 +174,7 @@ def _film(recording: Recording, path: Path) -> Path:
         panel.add_collection(_outline(recording.points, edges, GREY, zorder=1))
     label = recording.label("potential $v$", "potential")
     _bar(figure, panel, ScalarMappable(norm, SEQUENTIAL), label, extend=extend(norm, np.array(extremes)))
-    clock = panel.set_title(at_time(recording.time[-1]), animated=True)
+    clock = panel.set_title(recording.when(-1), animated=True)
     canvas: Any = figure.canvas
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)
@@ -209,7 +190,7 @@ def _film(recording: Recording, path: Path) -> Path:
         pixels, v = interpolated(places, recording.cells, recording.field("potential", frame), width, height)
         page.reshape(-1, 4)[pixels] = colours.to_rgba(v, bytes=True)
         outline.set_segments(x[edges])
-        clock.set_text(at_time(recording.time[frame]))
+        clock.set_text(recording.when(frame))
         panel.draw_artist(outline)
         panel.draw_artist(clock)
         whole = Image.frombuffer("RGBA", (width, height), page, "raw", "RGBA", 0, 1).convert("RGB")

@@ -10,14 +10,14 @@ from typing import Any
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.fibres import draw_recorded_fibres
 from myostrain.output.figures.line import telling_frames
+from myostrain.output.figures.maps import NodalMap, nodal_maps
 from myostrain.output.figures.page import Page, scale
 from myostrain.output.figures.scene import BARE, Look, Scene, looks, why_not
-from myostrain.output.figures.sheet import FILM_DPI, PACE, REST, film_frames, isochrone_levels
+from myostrain.output.figures.sheet import FILM_DPI, PACE, REST, film_frames
 from myostrain.output.figures.style import (
     DIVERGING,
     DPI,
     SEQUENTIAL,
-    at_time,
     extend,
     plain,
     save,
@@ -117,17 +117,14 @@ class _Solid:
         for name, values, cmap, norm, label in shown:
             some = values if name == "stress" else values[self.times]
             written.append(self._times(some, cmap, norm, label, self.folder / f"{name}.png"))
-        times = recording.activation() if self.wave else None
-        if times is not None and len(isochrone_levels(times)):
-            written.append(self._activation(times, self.folder / "activation.png"))
+        if self.wave:
+            maps = nodal_maps(recording)
+            written += [self._map(each, self.folder / f"{each.name}.png") for each in maps]
         if recording.fibres is not None:
             written.append(draw_recorded_fibres(recording, self.folder / "fibres.png"))
         if len(self.film) > 1 and shown and shown[0][0] != "stress":
             written.append(self._film(*shown[0][1:], self.folder / "animation.gif"))
         return written
-
-    def _when(self, frame: int) -> str:
-        return f"{at_time(self.recording.time[frame])} {self.recording.unit('time')}".strip()
 
     def _scene(self, look: Look, pixel: float, finer: int = 2) -> Scene:
         X = self.recording.points
@@ -145,30 +142,30 @@ class _Solid:
         scene.colour(values[0], cmap, norm)
         for number, time in enumerate(self.times):
             scene.move(self.corners[time], values[number])
-            page.panel(number, scene.image(), self._when(self.film[time]))
+            page.panel(number, scene.image(), self.recording.when(self.film[time]))
         scene.close()
         page.bar(norm, cmap, label, extend=extend(norm, values))
         page.axes(scene)
         return save(page.figure, path)
 
-    def _activation(self, times: Array, path: Path) -> Path:
-        """Isochrones on the reference body, and the probes."""
-        recording, levels = self.recording, isochrone_levels(times)
+    def _map(self, shown: NodalMap, path: Path) -> Path:
+        """A map in bands on the reference body, and the probes."""
+        recording, levels = self.recording, shown.levels
         X = recording.points
         columns, pixel = scale([look.view for look in self.looks], X, len(self.looks))
         scenes = [Scene(look, X, X, pixel) for look in self.looks]
         page = self._page(scenes, columns)
         colours = colormaps[SEQUENTIAL].resampled(len(levels) - 1)
         for number, scene in enumerate(scenes):
-            scene.isochrones(scene.look.surface.at(times), levels, colours)
+            scene.isochrones(scene.look.surface.at(shown.values), levels, colours)
             panel = page.panel(number, scene.image(), scene.look.name)
             scene.close()
             page.axes(scene, right=number == 1)
             if number == 0:
                 _mark(panel, scene, recording.probes)
-        page.bar(BoundaryNorm(levels, colours.N), colours, recording.label("activation time", "time"))
-        if np.isnan(times).any():
-            page.note(BARE, "not activated")
+        page.bar(BoundaryNorm(levels, colours.N), colours, shown.label)
+        if np.isnan(shown.values).any():
+            page.note(BARE, shown.missing)
         return save(page.figure, path)
 
     def _film(self, values: Array, cmap: str, norm: Normalize, label: str, path: Path) -> Path:
@@ -188,7 +185,7 @@ class _Solid:
         for time, frame in enumerate(self.film):
             scene.move(self.corners[time], values[time])
             canvas.restore_region(still)
-            page.titled.set_text(self._when(frame))
+            page.titled.set_text(self.recording.when(frame))
             page.titled.axes.draw_artist(page.titled)
             whole = np.array(canvas.buffer_rgba())[..., :3]
             whole[page.box(0)] = scene.image()

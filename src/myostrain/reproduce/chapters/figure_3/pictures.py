@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from myostrain.output.figures.sheet import boundary_edges, isochrone_levels
+from myostrain.output.figures.maps import band_levels
+from myostrain.output.figures.sheet import boundary_edges
 from myostrain.output.figures.style import (
     BLUE,
     DIVERGING,
@@ -98,7 +99,7 @@ def _isochrones(measured: Measured) -> Figure:
     names = ("rigid, isotropic", "coupled, isotropic", "rigid, ratio 4", "coupled, ratio 4")
     figure = new_figure(7.2, 8.5, compress=True)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
-    levels = isochrone_levels(np.array([0.0, 3.0]))
+    levels = band_levels(np.array([0.0, 3.0]))
     for panel, run, name in zip(panels.flat, runs, names, strict=True):
         X, T = run.arrays["X"], run.arrays["activation"]
         cells = run.arrays["cells"].astype(int)
