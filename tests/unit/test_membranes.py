@@ -1,5 +1,6 @@
 """Published membranes: rates and beats against other implementations, rest, sets of parameters, cases."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -221,6 +222,26 @@ def test_a_case_names_models_sets_and_parameters(tmp_path):
     case = write_case(tmp_path / "epi.toml", changed(LINE, {"cell": {"model": "BuenoOrovio2008"}}))
     first = Case.from_file(case, changes)
     assert first.cell == made("BuenoOrovio2008", "ENDO", tau_w1m=70.0)
+    (tmp_path / "resolved.toml").write_text(first.to_toml(), encoding="utf-8")
+    # What the user gave stays, what the former set gave goes.
+    second = Case.from_file(tmp_path / "resolved.toml", ["cell.set=M", "cell.tau_si=3.0"])
+    assert second.cell == made("BuenoOrovio2008", "M", tau_w1m=70.0, tau_si=3.0)
+    assert Case.from_file(tmp_path / "resolved.toml", ["time.end=0.02"]).cell == first.cell
+    with pytest.raises(InputError, match=r"^cell\.set: 'X' is no set"):
+        Case.from_file(tmp_path / "resolved.toml", ["cell.set=X"])
+    with pytest.raises(
+        InputError, match=r'^cell\.set: this is "ENDO", but the numbers .* all those of "EPI"'
+    ):
+        dataclasses.replace(made("BuenoOrovio2008", "EPI"), set="ENDO")
+
+
+def test_another_set_of_a_resolved_human_membrane(tmp_path):
+    """The same where a second word chooses numbers, the slope."""
+    human = {"model": "TenTusscherPanfilov2006", "set": "ENDO", "slope": 1.4}
+    case = Case.from_dict(changed(LINE, {"cell": human, "activation.beta": 1e-3}))
+    (tmp_path / "case.toml").write_text(case.to_toml(), encoding="utf-8")
+    other = Case.from_file(tmp_path / "case.toml", ["cell.set=M", "cell.slope=0.7"])
+    assert other.cell == ms.membranes.TenTusscherPanfilov2006(set="M", slope=0.7)
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from myostrain.case.sections import CELLS
 from myostrain.errors import InputError
+from myostrain.membranes.parameter_sets import without_the_sets
 
 #: Tables in tables that a case may have at most; a deeper key is a mistake.
 DEPTH = 8
@@ -23,8 +25,22 @@ def override(data: dict[str, Any], assignments: Sequence[str]) -> None:
     Raises:
         InputError: An assignment is of another form.
     """
+    if assignments and isinstance(data.get("cell"), Mapping):
+        data["cell"] = _without_the_sets(data["cell"])
     for assignment in assignments:
         _assign(data, assignment)
+
+
+def _without_the_sets(cell: Mapping[str, Any]) -> dict[str, Any]:
+    """The section [cell] without the numbers that its set of parameters gives anyway.
+
+    A resolved case holds all of them; were they kept, another ``cell.set`` would change nothing.
+    """
+    model = CELLS.get(str(cell.get("model")))
+    try:
+        return without_the_sets(model, cell) if model else dict(cell)
+    except InputError:  # said where the case is checked
+        return dict(cell)
 
 
 def _assign(data: dict[str, Any], assignment: str) -> None:

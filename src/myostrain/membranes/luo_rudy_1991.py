@@ -104,8 +104,8 @@ class LuoRudy1991:
         """Gates and calcium at the resting potential."""
         return self._rest[1:]
 
-    def _nernst(self, outside: float, inside: float) -> float:
-        return float(GAS * TEMPERATURE / FARADAY * np.log(outside / inside))
+    def _nernst(self, outside: Any, inside: Any) -> Any:
+        return GAS * TEMPERATURE / FARADAY * np.log(outside / inside)
 
     def _slow_inward(self, v: Any, d: Any, f: Any, calcium: Any) -> Any:
         return self.g_si * d * f * (v - 7.7 + 13.0287 * np.log(1e-3 * calcium))
@@ -115,7 +115,7 @@ class LuoRudy1991:
         m, h, j, d, f, X, calcium = states
         E_Na, E_K1 = self._nernst(self.Nao, self.Nai), self._nernst(self.Ko, self.Ki)
         E_K = self._nernst(self.Ko + self.PR_NaK * self.Nao, self.Ki + self.PR_NaK * self.Nai)
-        potassium = float(np.sqrt(self.Ko / 5.4))
+        potassium = np.sqrt(self.Ko / 5.4)
         sodium = self.g_Na * m**3 * h * j * (v - E_Na)
         # (exp(y) − 1)/y is one over the ratio at −y.
         rectified = 2.837 * 0.04 * np.exp(-0.04 * (v + 35.0)) / _ratio(-0.04 * (v + 77.0))

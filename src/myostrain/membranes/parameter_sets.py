@@ -33,3 +33,19 @@ def fill_from_set(membrane: Any, sets: Mapping[str, Mapping[str, float]]) -> Non
     for key, value in sets[name].items():
         if given[key] is None:
             object.__setattr__(membrane, key, value)
+
+
+def without_the_sets(membrane: type, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of a membrane without the numbers that its set gives anyway, so that the set may be changed.
+
+    Args:
+        membrane: The class.
+        values: Values by name; names that are not the class's are kept.
+
+    Raises:
+        InputError: The values without those numbers make no membrane.
+    """
+    defaults = {field.name: field.default for field in dataclasses.fields(membrane)}
+    of_set = {key for key, default in defaults.items() if default is OF_SET}
+    plain = membrane(**{key: values[key] for key in defaults if key in values and key not in of_set})
+    return {key: value for key, value in values.items() if key not in of_set or value != getattr(plain, key)}
