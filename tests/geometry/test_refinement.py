@@ -64,13 +64,22 @@ def connect(body):
 
 
 def test_the_shortest_diagonal_is_taken():
-    """All three ways to divide a tetrahedron occur, and cells do not get flatter with every refinement."""
-    lengths = []
-    for levels in (1, 3):
-        x = corners(refined(SOLID, levels))
-        longest = np.linalg.norm(x[:, :, None] - x[:, None], axis=-1).max(axis=(1, 2))
-        lengths.append((sizes(refined(SOLID, levels)) / longest**3).min())
-    assert lengths[1] > 0.7 * lengths[0]
+    """All three ways to divide a tetrahedron occur; the one taken is the shortest."""
+    first, second = np.triu_indices(4, 1)
+    x = corners(SOLID)
+    middles = (x[:, first] + x[:, second]) / 2
+    diagonals = np.linalg.norm(middles[:, :3] - middles[:, :2:-1], axis=2)  # of opposite edges
+    assert set(diagonals.argmin(axis=1)) == {0, 1, 2}
+    fine = refined(SOLID, 1)
+    y = corners(fine)
+    centres = x.mean(axis=1)[fine.parents]  # where the diagonals cross
+    edges = (y[:, first] + y[:, second]) / 2
+    taken = np.linalg.norm(edges - centres[:, None], axis=2) < 1e-9
+    assert (taken.sum(axis=1).reshape(-1) <= 1).all()
+    cell, edge = np.nonzero(taken)
+    lengths = np.linalg.norm(y[cell, first[edge]] - y[cell, second[edge]], axis=1)
+    assert (np.bincount(fine.parents[cell]) == 4).all()
+    np.testing.assert_allclose(lengths, diagonals.min(axis=1)[fine.parents[cell]], rtol=1e-12)
 
 
 def integral(body, name):
