@@ -6,6 +6,7 @@ from pathlib import Path
 from myostrain.errors import InputError
 from myostrain.membranes import TenTusscherPanfilov2006, ToRORd2019, check_membrane
 from myostrain.membranes.channels import sodium_inactivation
+from myostrain.membranes.ten_tusscher_panfilov_2006 import SLOPES
 
 import numpy as np
 import pytest
@@ -113,13 +114,28 @@ def test_values_of_the_set_and_of_the_user():
     given = ToRORd2019(set="MID", GKr=0.03)
     assert (given.GKr, given.GNaL, given.PCa, given.relScale) == (0.03, 0.0279, 2.0 * 8.3757e-05, 1.7)
     assert (given.delta_epi, ToRORd2019(set="EPI").delta_epi) == (False, True)
-    for wrong, said in {
-        ("slope", 1.2): r"slope: this should be one of 0\.7, 1\.1, 1\.4, 1\.8, not 1\.2",
-        ("set", "MID"): "set: this should be 'EPI', 'ENDO' or 'M', not 'MID'",
-        ("g_Ks", None): "g_Ks: give a number, not None",
-    }.items():
-        with pytest.raises(InputError, match=said):
-            TenTusscherPanfilov2006(**{wrong[0]: wrong[1]})
+
+
+NOT_TAKEN = [
+    ({"slope": 1.2}, r"1\.2 is no slope of TenTusscherPanfilov2006; .*known: 0\.7, 1\.1, 1\.4, 1\.8"),
+    ({"set": "MID"}, "set: this should be 'EPI', 'ENDO' or 'M', not 'MID'"),
+    ({"g_Ks": None}, "g_Ks: give a number, not None"),
+    (
+        {"set": "M", "g_Ks": 0.392, "g_to": 0.073, "s_offset": 28.0, "s_variant": True},
+        'this is "M", but the numbers beside it are all those of "ENDO": leave them out',
+    ),
+    (
+        dict.fromkeys(SLOPES[1.1], 1.0) | {"slope": 1.8},
+        r"this is 1\.8, but the numbers beside it are all those of 1\.1: leave them out",
+    ),
+]
+
+
+@pytest.mark.parametrize("given, said", NOT_TAKEN)
+def test_what_does_not_go_together(given, said):
+    """An unknown set or slope, no number, and a set or slope with the numbers of another are refused."""
+    with pytest.raises(InputError, match=said):
+        TenTusscherPanfilov2006(**given)
 
 
 def paced(membrane, beats, cycle=1000.0):
@@ -165,3 +181,18 @@ def test_ten_tusscher_panfilov_at_one_hertz():
     assert v.max() == pytest.approx(38.67, abs=0.1)
     level = v.max() - 0.9 * (v.max() - v[-1])
     assert t[v > level][-1] - 0.9 == pytest.approx(306.1, abs=0.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "layer, apd90, peak, high",
+    [("ENDO", 271.25, 32.95, 0.3854), ("EPI", 236.33, 32.0, 0.69), ("MID", 328.52, 30.3, 1.1)],
+)
+def test_to_ror_d_at_one_hertz(layer, apd90, peak, high):
+    """The first beat from the published states is that of the page: they are those of a cell paced so."""
+    t, v, calcium = paced(ToRORd2019(set=layer), 1)
+    assert v[-1] == pytest.approx(ToRORd2019(set=layer).resting_potential(), abs=0.15)
+    assert v.max() == pytest.approx(peak, abs=0.05)
+    assert calcium.max() == pytest.approx(high, rel=0.01)
+    level = v.max() - 0.9 * (v.max() - v[-1])
+    assert t[v > level][-1] - 0.955 == pytest.approx(apd90, abs=0.2)

@@ -12,27 +12,32 @@ from myostrain.errors import InputError, nearest, shown
 OF_SET: Any = None
 
 
-def fill_from_set(membrane: Any, sets: Mapping[str, Mapping[str, float]]) -> None:
-    """Give each parameter that was left out its value in the set that ``membrane.set`` names.
+def fill_from_set(membrane: Any, sets: Mapping[Any, Mapping[str, Any]], key: str = "set") -> None:
+    """Give each parameter that was left out its value in the set that another parameter names.
+
+    Args:
+        membrane: The model.
+        sets: The sets by name, a word or a number.
+        key: The parameter that names one of them.
 
     Raises:
         InputError: There is no such set; or every number is given, and they are those of another set.
     """
-    name = membrane.set
+    name = getattr(membrane, key)
     if name not in sets:
-        raise InputError(
-            f"{shown(name)} is no set of {type(membrane).__name__}; {nearest(name, sets)}", "cell.set"
-        )
+        known = nearest(str(name), map(str, sets))
+        raise InputError(f"{shown(name)} is no {key} of {type(membrane).__name__}; {known}", f"cell.{key}")
     given = {field.name: getattr(membrane, field.name) for field in dataclasses.fields(membrane)}
     for other, values in sets.items():
-        if values != sets[name] and all(given[key] == value for key, value in values.items()):
+        if values != sets[name] and all(given[of] == value for of, value in values.items()):
+            this, those = (f'"{word}"' if isinstance(word, str) else f"{word}" for word in (name, other))
             raise InputError(
-                f'this is "{name}", but the numbers beside it are all those of "{other}": leave them out',
-                "cell.set",
+                f"this is {this}, but the numbers beside it are all those of {those}: leave them out",
+                f"cell.{key}",
             )
-    for key, value in sets[name].items():
-        if given[key] is None:
-            object.__setattr__(membrane, key, value)
+    for of, value in sets[name].items():
+        if given[of] is None:
+            object.__setattr__(membrane, of, value)
 
 
 def without_the_sets(membrane: type, values: Mapping[str, Any]) -> dict[str, Any]:

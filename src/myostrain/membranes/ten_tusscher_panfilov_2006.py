@@ -3,14 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final, Literal
 
-from myostrain.errors import InputError
 from myostrain.membranes.channels import drift, sodium_inactivation
+from myostrain.membranes.parameter_sets import OF_SET, fill_from_set
 from myostrain.validation import Finite, Flag, NonNegative, Positive, description
 
 import numpy as np
-
-#: Default of a parameter whose value comes with the set or the slope.
-FROM_SET: Final[Any] = None
 
 #: Parameters that tell the layers of the wall apart.
 SETS: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -19,14 +16,17 @@ SETS: Final[Mapping[str, Mapping[str, Any]]] = {
     "M": {"g_Ks": 0.098, "g_to": 0.294, "s_offset": 20.0, "s_variant": False},
 }
 
-#: Factors that give the restitution curve its steepest slope: of g_Kr, g_Ks, g_pCa, g_pK and τ_f.
-SLOPES: Final[Mapping[float, tuple[float, ...]]] = {
-    0.7: (0.134 / 0.153, 0.27 / 0.392, 0.5, 5.0, 0.6),
-    1.1: (1.0, 1.0, 1.0, 1.0, 1.0),
-    1.4: (0.172 / 0.153, 0.441 / 0.392, 3.0, 0.5, 1.5),
-    1.8: (0.172 / 0.153, 0.441 / 0.392, 7.0, 0.15, 2.0),
+#: Factors that give the restitution curve its steepest slope.
+_FACTORS = ("factor_g_Kr", "factor_g_Ks", "factor_g_pCa", "factor_g_pK", "factor_f_tau")
+SLOPES: Final[Mapping[float, Mapping[str, float]]] = {
+    slope: dict(zip(_FACTORS, values, strict=True))
+    for slope, values in {
+        0.7: (0.134 / 0.153, 0.27 / 0.392, 0.5, 5.0, 0.6),
+        1.1: (1.0, 1.0, 1.0, 1.0, 1.0),
+        1.4: (0.172 / 0.153, 0.441 / 0.392, 3.0, 0.5, 1.5),
+        1.8: (0.172 / 0.153, 0.441 / 0.392, 7.0, 0.15, 2.0),
+    }.items()
 }
-FACTORS: Final = ("factor_g_Kr", "factor_g_Ks", "factor_g_pCa", "factor_g_pK", "factor_f_tau")
 
 #: Published initial states: the potential and the concentrations, and then the gates.
 INITIAL: Final[Mapping[str, tuple[float, ...]]] = {
@@ -117,7 +117,7 @@ class TenTusscherPanfilov2006:
         F: Faraday's constant, C/mmol.
 
     Raises:
-        InputError: The slope is none of the four.
+        InputError: The slope is none of the four; or the numbers beside a set or slope are those of another.
     """
 
     set: Literal["EPI", "ENDO", "M"] = "EPI"
@@ -125,21 +125,21 @@ class TenTusscherPanfilov2006:
     g_Na: NonNegative = 14.838
     g_K1: NonNegative = 5.405
     g_Kr: NonNegative = 0.153
-    g_Ks: NonNegative = FROM_SET
-    g_to: NonNegative = FROM_SET
+    g_Ks: NonNegative = OF_SET
+    g_to: NonNegative = OF_SET
     g_pK: NonNegative = 0.0146
     g_bNa: NonNegative = 0.00029
     g_bCa: NonNegative = 0.000592
     g_CaL: NonNegative = 0.0398
     g_pCa: NonNegative = 0.1238
     K_pCa: Positive = 0.0005
-    s_offset: Finite = FROM_SET
-    s_variant: Flag = FROM_SET
-    factor_g_Kr: NonNegative = FROM_SET
-    factor_g_Ks: NonNegative = FROM_SET
-    factor_g_pCa: NonNegative = FROM_SET
-    factor_g_pK: NonNegative = FROM_SET
-    factor_f_tau: Positive = FROM_SET
+    s_offset: Finite = OF_SET
+    s_variant: Flag = OF_SET
+    factor_g_Kr: NonNegative = OF_SET
+    factor_g_Ks: NonNegative = OF_SET
+    factor_g_pCa: NonNegative = OF_SET
+    factor_g_pK: NonNegative = OF_SET
+    factor_f_tau: Positive = OF_SET
     p_KNa: NonNegative = 0.03
     P_NaK: NonNegative = 2.724
     K_mk: Positive = 1.0
@@ -194,15 +194,8 @@ class TenTusscherPanfilov2006:
 
     def __post_init__(self) -> None:
         """Take from the set and the slope what is not given."""
-        if self.slope not in SLOPES:
-            known = ", ".join(map(str, SLOPES))
-            raise InputError(
-                f"TenTusscherPanfilov2006.slope: this should be one of {known}, not {self.slope}", "slope"
-            )
-        values = {**SETS[self.set], **dict(zip(FACTORS, SLOPES[self.slope], strict=True))}
-        for name, value in values.items():
-            if getattr(self, name) is None:
-                object.__setattr__(self, name, value)
+        fill_from_set(self, SETS)
+        fill_from_set(self, SLOPES, "slope")
 
     def resting_potential(self) -> float:
         """The published initial potential of the set, mV."""

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final, Literal
 
+from myostrain.membranes.parameter_sets import OF_SET, fill_from_set
 from myostrain.membranes.to_ror_d_2019.concentrations import concentration_rates
 from myostrain.membranes.to_ror_d_2019.currents import currents
 from myostrain.membranes.to_ror_d_2019.gates import gate_rates
@@ -10,11 +11,8 @@ from myostrain.membranes.to_ror_d_2019.initial import INITIAL
 from myostrain.membranes.to_ror_d_2019.states import GATES, States
 from myostrain.validation import Flag, NonNegative, Number, Positive, description
 
-#: Default of a parameter whose value comes with the set.
-FROM_SET: Final[Any] = None
-
 #: Endocardial values of the parameters that tell the layers of the wall apart.
-ENDO: Final[Mapping[str, Any]] = {
+_ENDO: Final[Mapping[str, Any]] = {
     "GNaL": 0.0279,
     "Gto": 0.16,
     "PCa": 8.3757e-05,
@@ -30,7 +28,7 @@ ENDO: Final[Mapping[str, Any]] = {
 }
 
 #: What the other layers multiply them by.
-FACTORS: Final[Mapping[str, Mapping[str, float]]] = {
+_FACTORS: Final[Mapping[str, Mapping[str, float]]] = {
     "ENDO": {},
     "EPI": {
         "GNaL": 0.6,
@@ -54,6 +52,12 @@ FACTORS: Final[Mapping[str, Mapping[str, float]]] = {
         "Pnak": 0.7,
         "relScale": 1.7,
     },
+}
+
+SETS: Final[Mapping[str, Mapping[str, Any]]] = {
+    layer: {name: value * factors.get(name, 1.0) for name, value in _ENDO.items()}
+    | {"delta_epi": layer == "EPI"}
+    for layer, factors in _FACTORS.items()
 }
 
 
@@ -168,24 +172,24 @@ class ToRORd2019:
 
     set: Literal["ENDO", "EPI", "MID"] = "ENDO"
     GNa: NonNegative = 11.7802
-    GNaL: NonNegative = FROM_SET
+    GNaL: NonNegative = OF_SET
     thL: Positive = 200.0
-    Gto: NonNegative = FROM_SET
-    delta_epi: Flag = FROM_SET
-    PCa: NonNegative = FROM_SET
+    Gto: NonNegative = OF_SET
+    delta_epi: Flag = OF_SET
+    PCa: NonNegative = OF_SET
     Aff: NonNegative = 0.6
     ICaL_fractionSS: NonNegative = 0.8
     Kmn: Positive = 0.002
     k2n: Positive = 500.0
     tjca: Positive = 75.0
     dielConstant: Positive = 74.0
-    GKr: NonNegative = FROM_SET
+    GKr: NonNegative = OF_SET
     alpha_1: NonNegative = 0.154375
     beta_1: NonNegative = 0.1911
-    GKs: NonNegative = FROM_SET
+    GKs: NonNegative = OF_SET
     PKNa: NonNegative = 0.01833
-    GK1: NonNegative = FROM_SET
-    GKb: NonNegative = FROM_SET
+    GK1: NonNegative = OF_SET
+    GKb: NonNegative = OF_SET
     PNab: NonNegative = 1.9239e-09
     PCab: NonNegative = 5.9194e-08
     GpCa: NonNegative = 0.0005
@@ -193,7 +197,7 @@ class ToRORd2019:
     GClCa: NonNegative = 0.2843
     KdClCa: Positive = 0.1
     GClb: NonNegative = 0.00198
-    Gncx: NonNegative = FROM_SET
+    Gncx: NonNegative = OF_SET
     INaCa_fractionSS: NonNegative = 0.35
     KmCaAct: Positive = 0.00015
     kasymm: NonNegative = 12.5
@@ -207,7 +211,7 @@ class ToRORd2019:
     wna: Positive = 60000.0
     wca: Positive = 60000.0
     wnaca: Positive = 5000.0
-    Pnak: NonNegative = FROM_SET
+    Pnak: NonNegative = OF_SET
     k1p: Positive = 949.5
     k1m: Positive = 182.4
     k2p: Positive = 687.2
@@ -235,12 +239,12 @@ class ToRORd2019:
     aCaMK: NonNegative = 0.05
     bCaMK: NonNegative = 0.00068
     Jrel_b: NonNegative = 1.5378
-    relScale: NonNegative = FROM_SET
+    relScale: NonNegative = OF_SET
     bt: Positive = 4.75
     cajsr_half: Positive = 1.7
     Jup_b: NonNegative = 1.0
-    upScale: NonNegative = FROM_SET
-    cmdnmax: NonNegative = FROM_SET
+    upScale: NonNegative = OF_SET
+    cmdnmax: NonNegative = OF_SET
     kmcmdn: Positive = 0.00238
     trpnmax: NonNegative = 0.07
     kmtrpn: Positive = 0.0005
@@ -276,10 +280,7 @@ class ToRORd2019:
 
     def __post_init__(self) -> None:
         """Take from the set what is not given."""
-        values = {name: value * FACTORS[self.set].get(name, 1.0) for name, value in ENDO.items()}
-        for name, value in {**values, "delta_epi": self.set == "EPI"}.items():
-            if getattr(self, name) is None:
-                object.__setattr__(self, name, value)
+        fill_from_set(self, SETS)
 
     def resting_potential(self) -> float:
         """The published initial potential of the set, mV."""
