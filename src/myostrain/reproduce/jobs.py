@@ -79,7 +79,7 @@ IMPORTED = r"^from myostrain\.reproduce\.measurements(?:\.(\w+)| import (\w+))"
 def _code(measurement: str) -> str:
     """A fingerprint of the code that computes: the package without page and figures, and one measurement."""
     root = Path(__file__).parents[1]
-    shown = {root / "cli.py", root / "run" / "progress.py", *root.glob("output/figures/*.py")}
+    shown = {*root.glob("cli/*.py"), root / "run" / "progress.py", *root.glob("output/figures/*.py")}
     page = root / "reproduce"
     paths = {path for path in root.rglob("*.py") if path not in shown and not path.is_relative_to(page)}
     digest = hashlib.sha256()

@@ -1,4 +1,4 @@
-"""The command line: thin, over the public functions."""
+"""Cases, the paper, materials: the commands of ``myostrain`` but for those of cells, and how it ends."""
 
 from __future__ import annotations
 

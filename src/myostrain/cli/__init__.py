@@ -1,0 +1,5 @@
+"""The command line: thin, over the public functions."""
+
+from myostrain.cli.commands import _load_engine, app, main
+
+__all__ = ["_load_engine", "app", "main"]
