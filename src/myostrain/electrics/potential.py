@@ -378,7 +378,8 @@ class Potential:
                 amounts = states.copy()
                 amounts[self._conserved] *= self.ratio
         for _, old in self.values[keep_states - 1 :]:
-            if old is not states and all(old is not known for known in self._spare):
+            fits = old.shape == states.shape  # not what stands for states that were not kept
+            if fits and old is not states and all(old is not known for known in self._spare):
                 self._spare = [old, *self._spare][:3]
         self.past = [(amount, amounts), *self.past[: keep - 1]]
         self.values = [(v, states), *self.values[: keep - 1]]

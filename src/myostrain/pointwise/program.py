@@ -64,6 +64,10 @@ class Program:
             The first node where a condition does not hold, -1 if they hold everywhere.
         """
         n = len(outputs[0])
+        counts = (len(inputs), len(numbers), len(outputs))
+        if counts != (asked := (len(self._inputs), len(self._scalars), len(self._stored))):
+            # Compiled code would read or write elsewhere.
+            raise ValueError(f"inputs, numbers and outputs must be {asked}, not {counts}")
         if not self.compiled:
             return self._interpret(n, inputs, numbers, outputs)
         given = (_POINTER * max(len(inputs), 1))(*(_pointer(a, n) for a in inputs))
