@@ -343,3 +343,33 @@ def test_ranges():
     stress = np.append(np.full(10_000, -0.5), 1e6)
     assert symmetric_range(stress) == (-0.5, 0.5)
     assert symmetric_range(np.zeros(3)) == (-1, 1)
+
+
+def test_maps_tips_and_electrodes(tmp_path):
+    """APD, velocity, tip and electrodes are drawn where there are any; a map without a whole cell is not."""
+    points, _ = sheet(tmp_path)
+    r = np.hypot(*(points - [60, 0]).T)
+    begun = np.where(r > 60, np.nan, r / 60)
+    lone = np.where(np.arange(len(r)) == r.argmin(), 1.0, np.nan)
+    np.savez(
+        tmp_path / "snapshots" / "activation.npz",
+        activation_time=begun,
+        activation_times=begun[None],
+        repolarization_times_90=begun[None] + 0.3 + r / 600,
+        repolarization_times_50=begun[None] + lone,
+        conduction_velocity=np.where(r < 5, np.nan, 60 + 0 * r)[None],
+    )
+    finish(tmp_path, {"a": [50.0, 10.0, 0.0]})
+    t = np.linspace(0, 1, 40)
+    X = np.column_stack([30 + 10 * np.cos(9 * t), 45 + 10 * np.sin(9 * t)])
+    tips = np.column_stack([t, X, X * [0.5, 1], np.ones_like(t)])
+    np.savetxt(tmp_path / "tip.csv", tips, delimiter=",", header="time,X,Y,x,y,sense", comments="")
+    ecg = np.column_stack([t, np.sin(t), np.cos(t)])
+    np.savetxt(tmp_path / "ecg.csv", ecg, delimiter=",", header="time,V1,V2", comments="")
+    written = draw(tmp_path)
+    maps = ["activation.png", "apd90.png", "conduction-velocity.png"]
+    expected = ["potential.png", "stress.png", *maps, "animation.gif", "tip.png", "probes.png", "ecg.png"]
+    assert names(written) == expected
+    check_pictures([path for path in written if path.name != "conduction-velocity.png"])  # of one colour
+    wide, high = pixels(tmp_path / "figures" / "tip.png").shape[1::-1]
+    assert wide > 1.3 * high  # two panels: the reference body and space

@@ -49,6 +49,7 @@ STRAIN = changed(
     STRESS,
     {
         "geometry.spacing": 3.0,
+        "initial": {"potential": 0.9, "center": [17.0, 6.0], "radius": 5.0},
         "mechanics": {"kinematics": "plane-strain", "constraint": "elastic"},
         "material": {"model": "MooneyRivlin", "mu": 1.0, "mu_2": 0.5},
         "time": {"step": 2e-3, "end": 0.25, "scheme": "staggered"},

@@ -137,16 +137,17 @@ def _pulse(recording: Recording, twin: Recording | None, path: Path) -> Path:
         same_time = int(np.abs(twin.time - recording.time[-1]).argmin())
         runs.append((twin, same_time, {"color": VERMILION, "label": "rigid", "dashes": (4, 2)}))
     material = panels[1 if moves else 0]
+    recovery = recording.has("recovery") and _scaled(recording)
     for run, frame, line in runs:
         material.plot(*_over(run, frame, run.points), **line)
         if moves:
             panels[0].plot(*_over(run, frame, run.deformed(frame)), **line)
     for run, frame, line in runs:
-        if run.has("recovery"):
+        if recovery and run.has("recovery"):
             label = "recovery $w$" if run is recording else None
             thin = line | {"label": label, "linewidth": 0.9, "alpha": 0.85}
             material.plot(*_over(run, frame, run.points, "recovery"), **thin)
-    _axes(material, recording, "material $X$" if moves else "$X$", with_recovery=recording.has("recovery"))
+    _axes(material, recording, "material $X$" if moves else "$X$", with_recovery=recovery)
     if moves:
         _axes(panels[0], recording, "spatial $x$")
         same = _both(panels[0].get_xlim(), material.get_xlim())

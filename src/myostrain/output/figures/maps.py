@@ -14,8 +14,8 @@ from matplotlib.ticker import MaxNLocator
 
 Array = npt.NDArray[np.float64]
 
-#: Shares of the nodes that are below and above the ends of the scale of a velocity, which has outliers.
-OUTLIERS = (0.02, 0.98)
+#: Shares of the nodes below both ends of a scale: around cores and where waves meet or end are outliers.
+OUTLIERS = (0.05, 0.95)
 #: A map whose values differ less than this, as part of their size, is of one value.
 SAME = 1e-3
 
@@ -69,16 +69,16 @@ def nodal_maps(recording: Recording) -> list[NodalMap]:
     if "conduction_velocity" in recording.maps:
         values = recording.maps["conduction_velocity"][0]
         label = recording.rate_label("conduction velocity", "length", "time")
-        found.append(NodalMap("conduction-velocity", values, _levels(values, OUTLIERS), label, "no velocity"))
+        found.append(NodalMap("conduction-velocity", values, _levels(values), label, "no velocity"))
     whole = [np.isfinite(each.values)[recording.cells].all(axis=1).any() for each in found]
     return [each for each, some in zip(found, whole, strict=True) if some and len(each.levels)]
 
 
-def _levels(values: Array, between: tuple[float, float] = (0.0, 1.0)) -> Array:
-    """Levels for values that may all be nearly the same, between two quantiles."""
+def _levels(values: Array) -> Array:
+    """Levels for values with outliers, or that may all be nearly the same."""
     if np.isnan(values).all():
         return np.empty(0)
-    low, high = np.nanquantile(values, between)
+    low, high = np.nanquantile(values, OUTLIERS)
     size = SAME * max(abs(low), abs(high))
     if high - low < size:
         low, high = low - 5 * size, high + 5 * size
