@@ -104,6 +104,15 @@ def test_too_many_refinements_are_refused(monkeypatch, base):
         case.build(ALONE)
 
 
+@pytest.mark.parametrize("levels", [0, 1])
+def test_states_of_a_membrane_take_memory(levels):
+    """Of many states the potential's mesh takes more, by what was measured."""
+    few = a_case(LINE, {"potential.refinement": levels})
+    many = dataclasses.replace(few, cell=namedtuple("Cell", "states")(tuple("abcdefghijklmnopqr")))
+    sizes_of = [sizes.estimate(case) for case in (few, many)]
+    assert sizes_of[1].bytes - sizes_of[0].bytes >= 17 * sizes.PER_STATE * sizes_of[0].nodes
+
+
 @pytest.mark.parametrize("value", ["-1", "1.0", "true", '"one"', "1e3", "1000000000000"])
 def test_no_number_of_refinements(tmp_path, value):
     """One message with the key, status 2."""
