@@ -69,6 +69,9 @@ def test_no_speed_where_waves_meet_begin_or_are_missing():
     expected[13:] = np.nan
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     assert np.isnan(conduction_velocity(space, np.full_like(T, 3.0))).all()
+    uneven = conduction_velocity(space, 1 + np.minimum(x / 2, 16 - x + 1 / 3))[np.argsort(x)]
+    assert np.isnan(uneven[11])  # where a slow wave and a fast one meet
+    np.testing.assert_allclose(uneven[[*range(10), *range(12, 17)]], [2.0] * 10 + [1.0] * 5, rtol=1e-12)
     begun = conduction_velocity(space, np.maximum(0.0, (x - 5.5) / 2))[np.argsort(x)]
     assert np.isnan(begun[:6]).all()  # excited from the start
     np.testing.assert_allclose(begun[7:], 2.0, rtol=1e-12)

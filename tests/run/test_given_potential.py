@@ -91,12 +91,11 @@ def test_an_interval_that_no_steps_make_is_said(caplog, tmp_path):
 
 def test_units_that_contradict_the_membrane():
     """A membrane declares its units; [units] that say another one are refused, with both."""
-    from myostrain.case.case import _check_units
-    from myostrain.case.sections import UnitsSection
+    from myostrain.output.units import units_of
 
     class InMilliseconds(ms.membranes.Membrane):
         time_unit = "ms"
 
-    _check_units(UnitsSection(time="ms", length="mm"), InMilliseconds())
+    assert units_of(InMilliseconds(), {"length": "mm"}) == {"length": "mm", "time": "ms"}
     with pytest.raises(ms.InputError, match=r"units\.time: InMilliseconds counts the time in ms, not s"):
-        _check_units(UnitsSection(time="s"), InMilliseconds())
+        units_of(InMilliseconds(), {"time": "s"})

@@ -48,6 +48,12 @@ def test_each_beat_has_its_own_peak_and_rest():
     np.testing.assert_allclose(seen.ends(50.0), [6.0, 19.0], atol=1e-12)
 
 
+def test_the_rest_is_that_since_the_last_beat():
+    """Once at −0.05, but at 0 since the first beat ended: the second one, to 0.7, ends at 0.07."""
+    seen = Seen((0, -0.05), (1, 0), (2, 1), (12, 0), (14, 0), (15, 0.7), (22, 0), (23, 0)).go()
+    assert seen.ends(90.0)[1] == pytest.approx(21.3, abs=1e-12)
+
+
 def test_the_last_fall_counts():
     """Through a notch down to 0.3 and a dome at 0.8, v falls by 50 % twice; the second time is the end."""
     seen = Seen((0, 0), (1, 1), (2, 0.3), (4, 0.8), (12, 0), (13, 0), threshold=0.25).go()

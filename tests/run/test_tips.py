@@ -15,11 +15,9 @@ OMEGA = 3.0
 class Rotating:
     """v + i·recovery = level + (z − tip(t)) e^{−iω t}: linear in space, so that elements have it exactly."""
 
-    def __init__(self, folder, tip=None, centre=lambda t: 5.1 + 4.3j, turn=1, u=None):
-        body = ms.build(
-            ms.geometry.Ellipse(size=(10.0, 9.0), spacing=0.9, distortion=0.1),
-            ms.UniformFibres(direction=(1.0, 0.0)),
-        )
+    def __init__(self, folder, tip=None, centre=lambda t: 5.1 + 4.3j, turn=1, u=None, shape=None):
+        shape = shape or ms.geometry.Ellipse(size=(10.0, 9.0), spacing=0.9, distortion=0.1)
+        body = ms.build(shape, ms.UniformFibres(direction=(1.0, 0.0)))
         self.potential = ms.Potential(body, membrane=ms.membranes.FitzHughNagumo())
         X = self.potential.v.function_space.tabulate_dof_coordinates()
         self.z, self.centre, self.turn = X[:, 0] + 1j * X[:, 1], centre, turn
@@ -64,12 +62,16 @@ def test_a_standing_tip_is_found_where_it_is(tmp_path, turn):
 
 def test_a_moving_tip_by_a_state(tmp_path):
     """On its circle to round-off, where the second isoline is that of a state."""
-    seen = Rotating(tmp_path, Tip(potential=0.5, state="recovery", value=0.25), circle)
+    # Half of its triangles are numbered clockwise.
+    shape = ms.geometry.Rectangle(size=(10.0, 9.0), spacing=0.9)
+    seen = Rotating(tmp_path, Tip(potential=0.5, state="recovery", value=0.25), circle, shape=shape)
     times = np.linspace(0.0, 9.0, 20)
     for t in times:
         seen.look(t)
     rows = seen.rows()
     np.testing.assert_allclose(rows[:, 1] + 1j * rows[:, 2], circle(times), atol=1e-7)
+    assert (rows[:, 5] == 1).all()
+    assert set(seen.table._turn) == {1.0, -1.0}
 
 
 def test_a_moving_tip_by_the_rate_is_first_order_in_the_step(tmp_path):
