@@ -146,7 +146,10 @@ def keys(cls, *, intro=False, moved=None, without=()):
         meaning = meanings[field.name]
         name = (moved or {}).get(field.name, field.name)
         required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-        usual = "required" if required else f"default {value(field.default)}"
+        default = field.default
+        if field.default_factory is not dataclasses.MISSING:
+            default = field.default_factory()
+        usual = "required" if required else f"default {value(default)}"
         if not required and field.default is None:
             usual = "may be left out"
         parts.append(f"`{name}`\n: {in_words(hints[field.name])}; {usual}.\\\n  {meaning}")

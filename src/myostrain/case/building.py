@@ -104,7 +104,7 @@ def _warn_of_missed_peaks(case: Any, step: float) -> None:
 
 def _files(case: Any) -> dict[str, tuple[Path, ...]]:
     """The files that the case is from, by the key that names them."""
-    parts = {"geometry.path": case.geometry, "fibres.path": case.fibres}
+    parts = {"geometry.path": case.geometry, "fibres.path": case.fibres, "cell.path": case.cell}
     found = {key: part.files for key, part in parts.items() if hasattr(part, "files")}
     if case.drive is not None and case.drive.path is not None:
         found["drive.path"] = (case.drive.path,)

@@ -116,7 +116,7 @@ class Case:
             raise InputError(f"{path} cannot be read: {error.strerror}") from error
         if not data:
             raise InputError(f"{path} holds no case: it has no section")
-        for form in (data.get("geometry"), data.get("fibres"), data.get("drive")):
+        for form in (data.get("geometry"), data.get("fibres"), data.get("cell"), data.get("drive")):
             if isinstance(form, dict) and isinstance(form.get("path"), str):
                 form["path"] = str(path.parent.absolute() / form["path"])
         override(data, overrides)
@@ -177,7 +177,7 @@ class Case:
         material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
         scheme = pick(part["time"], "time.scheme", SCHEMES, "second-order")
 
-        for section in ("geometry", "fibres", "drive"):
+        for section in ("geometry", "fibres", "cell", "drive"):
             if isinstance(part[section].get("path"), str):
                 part[section]["path"] = _whole(folder, part[section]["path"], f"{section}.path")
         constraint = _take(part["mechanics"], kin)
@@ -199,7 +199,7 @@ class Case:
             "units": make(UnitsSection, part["units"], "units"),
             "geometry": make(form, part["geometry"], "geometry", also=("kind",)),
             "fibres": make(fibres, part["fibres"], "fibres", also=("kind",)) if fibres else None,
-            "cell": make(model, part["cell"], "cell", also=("model",)),
+            "cell": make(model, getattr(model, "gathered", dict)(part["cell"]), "cell", also=("model",)),
             "potential": make(PotentialSection, part["potential"], "potential"),
             "initial": make_placed(InitialValues, data.get("initial", ()), "initial"),
             "stimuli": make_placed(Stimulus, data.get("stimulus", ()), "stimulus"),

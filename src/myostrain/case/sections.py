@@ -63,7 +63,10 @@ def _lower(classes: Mapping[str, Any]) -> dict[str, Any]:
 #: Laws that yield an active strain, or a tension.
 LAWS = _lower(_exported(activation, "activation"))
 DEFORMATIONS = _lower(_exported(activation, "tensor"))
-CELLS = _exported(membranes, "current")
+CELLS = {
+    ("file" if cls is membranes.FileMembrane else name): cls
+    for name, cls in _exported(membranes, "current").items()
+}
 MATERIALS = _exported(materials, "energy")
 SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondOrder}
 

@@ -11,6 +11,7 @@ from myostrain.membranes.checks import check_membrane
 from myostrain.membranes.contracts import Integrator, Membrane, Step
 from myostrain.membranes.exponential import GeneralizedRushLarsen, RushLarsen
 from myostrain.membranes.fenton_karma_1998 import FentonKarma1998
+from myostrain.membranes.files import FileMembrane
 from myostrain.membranes.fitzhugh_nagumo import FitzHughNagumo
 from myostrain.membranes.linearly_implicit import LinearlyImplicit
 from myostrain.membranes.luo_rudy_1991 import LuoRudy1991
@@ -22,6 +23,7 @@ __all__ = [
     "AlievPanfilov1996",
     "BuenoOrovio2008",
     "FentonKarma1998",
+    "FileMembrane",
     "FitzHughNagumo",
     "GeneralizedRushLarsen",
     "Integrator",

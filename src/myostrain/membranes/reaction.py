@@ -20,8 +20,9 @@ GATE_MARGIN = 1e-2
 
 
 def default_integrator(membrane: Membrane) -> Any:
-    """Exponential for a model that has gates, linearly implicit for one that has none."""
-    return GeneralizedRushLarsen() if tuple(getattr(membrane, "gates", ())) else LinearlyImplicit()
+    """Exponential for a model that has gates or says so, linearly implicit for others."""
+    exponential = getattr(membrane, "exponential", False) or tuple(getattr(membrane, "gates", ()))
+    return GeneralizedRushLarsen() if exponential else LinearlyImplicit()
 
 
 class Reaction:
