@@ -32,6 +32,11 @@ def model(case: Any, comm: Any) -> Electromechanics:
         InputError: What only shows on the mesh.
     """
     body = geometry.build(case.geometry, case.fibres, comm)
+    levels = case.potential.refinement
+    size_estimate.check_refinement(case, body)
+    fine = geometry.refined(body, levels)
+    if case.is_rigid:
+        return Electromechanics(_potential(case, fine, None), scheme=case.scheme)
     mechanics = Mechanics(
         body,
         kinematics=case.kinematics,
@@ -51,26 +56,26 @@ def model(case: Any, comm: Any) -> Electromechanics:
         tolerance=case.mechanics.tolerance,
         options=case.solver.get("mechanics"),
     )
-    levels = case.potential.refinement
-    size_estimate.check_refinement(case, body)
-    fine = geometry.refined(body, levels)
     transfer: Transfer = NestedMesh(mechanics, fine) if levels else SameMesh(mechanics)
     coupled = dict(law=case.law, scheme=case.scheme, activity=_activity(case, fine), transfer=transfer)
     if case.drive is not None:
         given: Any = GivenPotential(body, case.drive)
         return Electromechanics(given, mechanics, **coupled)
-    potential = Potential(
-        fine,
+    return Electromechanics(_potential(case, fine, transfer.deformation), mechanics, **coupled)
+
+
+def _potential(case: Any, body: geometry.Body, deformation: Any) -> Potential:
+    return Potential(
+        body,
         membrane=case.cell,
         diffusivity=case.potential.diffusivity,
         balance=case.potential.balance,
         mass=case.potential.mass,
-        deformation=transfer.deformation,
+        deformation=deformation,
         initial=case.initial,
         stimuli=case.stimuli,
         options=case.solver.get("potential"),
     )
-    return Electromechanics(potential, mechanics, **coupled)
 
 
 def _activity(case: Any, body: geometry.Body) -> Any:

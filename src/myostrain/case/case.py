@@ -12,6 +12,7 @@ from typing import Any
 from myostrain import geometry, kinematics
 from myostrain.activation import FibreTension
 from myostrain.case import building
+from myostrain.case.exclusions import check_drive, check_rigid
 from myostrain.case.overrides import override
 from myostrain.case.parsing import (
     make,
@@ -37,6 +38,7 @@ from myostrain.case.sections import (
     MechanicsSection,
     OutputSection,
     PotentialSection,
+    Rigid,
     TimeSection,
     TransmuralSection,
     UnitsSection,
@@ -143,7 +145,7 @@ class Case:
             )
             if not isinstance(given, Mapping) and not listed:
                 raise InputError(f"this is a section, not a value: [{section}]", section)
-        _check_drive(data)
+        check_drive(data)
         for key in TEXTS:
             if not isinstance(data.get(key, ""), str):
                 raise InputError("give a text", key)
@@ -158,7 +160,9 @@ class Case:
 
         form = pick(part["geometry"], "geometry.kind", GEOMETRIES)
         kin = pick(part["mechanics"], "mechanics.kinematics", KINEMATICS)
-        line = kin is kinematics.Line
+        line, rigid = kin is kinematics.Line, kin is Rigid
+        if rigid:
+            check_rigid(data)
         fibres = pick(part["fibres"], "fibres.kind", FIBRES, "uniform") if part["fibres"] else None
         model = pick(part["cell"], "cell.model", CELLS, "FitzHughNagumo")
         law = pick(part["activation"], "activation.law", LAWS, "proportional")
@@ -204,15 +208,17 @@ class Case:
             "initial": make_placed(InitialValues, data.get("initial", ()), "initial"),
             "stimuli": make_placed(Stimulus, data.get("stimulus", ()), "stimulus"),
             "drive": make(Drive, part["drive"], "drive") if driven else None,
-            "law": make(
+            "law": None
+            if rigid
+            else make(
                 law,
                 part["activation"],
                 "activation",
                 also=("law", "deformation", *(f.name for f in dataclasses.fields(TransmuralSection))),
             ),
-            "active": make(active, strain, "activation"),
+            "active": None if rigid else make(active, strain, "activation"),
             "transmural": make(TransmuralSection, through, "activation"),
-            "material": make(material, part["material"], "material", also=("model",)),
+            "material": None if rigid else make(material, part["material"], "material", also=("model",)),
             "mechanics": make(
                 MechanicsSection,
                 part["mechanics"],
@@ -233,14 +239,24 @@ class Case:
             "output": make(OutputSection, part["output"], "output"),
             "solver": make_solver(part["solver"]),
         }
-        if made["output"].tip is not None and kin.dim != 2:
+        if made["output"].tip is not None and not rigid and kin.dim != 2:
             raise InputError("tips are found on sheets; leave it out", "output.tip")
-        if made["mechanics"].ellipticity == "warn" and kin.dim < 3:
+        if made["mechanics"].ellipticity == "warn" and not rigid and kin.dim < 3:
             raise InputError("only a solid's is sampled; leave it out", "mechanics.ellipticity")
         units_of(None if driven else made["cell"], plain(made["units"]))
         texts = {"name": data.get("name", name)}
         texts |= {"title": data.get("title", texts["name"]), "cost": data.get("cost", "")}
         return cls(**texts, **made, parameters=_resolved(texts, made))
+
+    @property
+    def dim(self) -> int | None:
+        """Dimension of the body; None of a rigid one from a file."""
+        return getattr(self.geometry if self.is_rigid else self.kinematics, "dim", None)
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether no mechanics is made."""
+        return isinstance(self.kinematics, Rigid)
 
     def rigid(self) -> Case:
         """The same case on a body that does not move."""
@@ -281,27 +297,6 @@ class Case:
         return building.simulation(self, comm, out, force, resume)
 
 
-def _check_drive(data: Mapping[str, Any]) -> None:
-    """Refuse a case that solves for its potential and is given it, or neither.
-
-    Raises:
-        InputError: It is one.
-    """
-    if "drive" not in data:
-        if not data.get("initial") and not data.get("stimulus"):
-            raise InputError(
-                "this section is missing: nothing excites the body; give [initial], [[stimulus]], or [drive] "
-                "for a potential that is given in time",
-                "initial",
-            )
-        return
-    for section in ("cell", "potential", "initial", "stimulus"):
-        if section in data:
-            raise InputError("with [drive] the potential is given: leave this section out", section)
-    if isinstance(data.get("solver"), Mapping) and "potential" in data["solver"]:
-        raise InputError("with [drive] nothing is solved for the potential: leave it out", "solver.potential")
-
-
 def _take(section: dict[str, Any], cls: Any) -> dict[str, Any]:
     """Take the keys of a class out of a section that it shares with others."""
     return {f.name: section.pop(f.name) for f in dataclasses.fields(cls) if f.name in section}
@@ -334,9 +329,7 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
     """The case as nested dictionaries with everything resolved."""
     kin, scheme = plain(made["kinematics"]), plain(made["scheme"])
     pace = {"every": scheme.pop("every")} if "every" in scheme else {}
-    activity = {"law": word(made["law"], LAWS), **plain(made["law"]), **plain(made["active"])}
-    if not isinstance(made["active"], FibreTension):
-        activity["deformation"] = word(made["active"], DEFORMATIONS)
+    moving = _moving(made, kin, pace) if not isinstance(made["kinematics"], Rigid) else {}
     fibres, solved = made["fibres"], made["drive"] is None
     sections = {
         "units": plain(made["units"]),
@@ -347,14 +340,9 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
         "initial": _placed(made["initial"]),
         "stimulus": _placed(made["stimuli"]),
         "drive": plain(made["drive"]),
-        "activation": {**activity, **plain(made["transmural"])},
-        "material": {"model": word(made["material"], MATERIALS), **plain(made["material"])},
-        "mechanics": {
-            "kinematics": word(made["kinematics"], KINEMATICS),
-            **kin,
-            **plain(made["mechanics"]),
-            **pace,
-        },
+        "activation": moving.get("activation"),
+        "material": moving.get("material"),
+        "mechanics": {"kinematics": word(made["kinematics"], KINEMATICS), **moving.get("mechanics", {})},
         "time": {**plain(made["time"]), "scheme": word(made["scheme"], SCHEMES), **scheme},
         "probes": plain(made["probes"]),
         "electrodes": plain(made["electrodes"]),
@@ -362,3 +350,15 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
         "solver": plain(made["solver"]),
     }
     return {**texts, **{name: section for name, section in sections.items() if section}}
+
+
+def _moving(made: Mapping[str, Any], kin: Mapping[str, Any], pace: Mapping[str, Any]) -> dict[str, Any]:
+    """The sections of a body that moves."""
+    activity = {"law": word(made["law"], LAWS), **plain(made["law"]), **plain(made["active"])}
+    if not isinstance(made["active"], FibreTension):
+        activity["deformation"] = word(made["active"], DEFORMATIONS)
+    return {
+        "activation": {**activity, **plain(made["transmural"])},
+        "material": {"model": word(made["material"], MATERIALS), **plain(made["material"])},
+        "mechanics": {**kin, **plain(made["mechanics"]), **pace},
+    }

@@ -41,11 +41,19 @@ FIBRES = {
     "rule-based": geometry.RuleBasedFibres,
     "file": geometry.FileFibres,
 }
+
+
+@description
+class Rigid:
+    """A body that does not move: no mechanics is made, and its keys and sections are left out."""
+
+
 KINEMATICS = {
     "line": kinematics.Line,
     "plane-stress": kinematics.PlaneStress,
     "plane-strain": kinematics.PlaneStrain,
     "solid": kinematics.Solid,
+    "rigid": Rigid,
 }
 
 

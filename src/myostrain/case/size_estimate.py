@@ -73,11 +73,13 @@ class Size:
 def estimate(case: Any) -> Size:
     """The size of a case, from its description alone."""
     nodes, cells = _counts(case.geometry)
-    kin, states = case.kinematics, len(case.cell.states)
-    # P2 has a node on each edge too: 2 a node of a line, 4 of a sheet.
-    displacement = kin.dim * (1 if kin.degree == 1 else 2**kin.dim)
-    fine, cells = _refined(kin.dim, case.potential.refinement, nodes, cells)
-    unknowns = fine * (1 + states) + nodes * (displacement + kin.has_pressure)
+    kin, dim, states = case.kinematics, _dim(case), len(case.cell.states)
+    fine, cells = _refined(dim, case.potential.refinement, nodes, cells)
+    unknowns = fine * (1 + states)
+    if not case.is_rigid:
+        # P2 has a node on each edge too: 2 a node of a line, 4 of a sheet.
+        displacement = dim * (1 if kin.degree == 1 else 2**dim)
+        unknowns += nodes * (displacement + kin.has_pressure)
     steps = max(1.0, case.time.end / case.time.step)
     every = case.output.every or case.time.end / 60
     frames = 2 + min(steps, case.time.end / every)
@@ -88,6 +90,11 @@ def estimate(case: Any) -> Size:
     runs = 2 if case.output.rigid_twin else 1
     needed = _both_bytes(case, nodes, fine)
     return Size(cells, fine, unknowns, needed, steps, frames, runs * frames * frame)
+
+
+def _dim(case: Any) -> int:
+    """The body's dimension; of a rigid one from a file, which is not counted, the dearest."""
+    return int(case.dim or 3)
 
 
 def _refined(dim: int, levels: int, nodes: float, cells: float) -> tuple[float, float]:
@@ -101,7 +108,7 @@ def _refined(dim: int, levels: int, nodes: float, cells: float) -> tuple[float, 
 
 def _both_bytes(case: Any, nodes: float, fine: float) -> float:
     """Memory of mechanics with so many nodes, and of the potential's own mesh with others, if it has one."""
-    each = PER_FINE_NODE[case.kinematics.dim] + _states_bytes(case)
+    each = PER_FINE_NODE[_dim(case)] + _states_bytes(case)
     return _bytes(case, nodes) + (fine * each if case.potential.refinement else 0.0)
 
 
@@ -113,7 +120,10 @@ def _counts(form: Any) -> tuple[float, float]:
 
 def _bytes(case: Any, nodes: float) -> float:
     """Memory of a case on one mesh."""
-    constant, growth = PER_NODE.get(type(case.kinematics), PER_NODE[kinematics.PlaneStrain])
+    if case.is_rigid:
+        constant, growth = PER_FINE_NODE[_dim(case)], 0.0
+    else:
+        constant, growth = PER_NODE.get(type(case.kinematics), PER_NODE[kinematics.PlaneStrain])
     return BASE + nodes * (constant + _states_bytes(case) + growth * math.log2(max(2.0, nodes)))
 
 
@@ -174,7 +184,7 @@ def _problem(case: Any, folder: Path | None) -> tuple[str, str] | None:
 
 def _fitting(case: Any, nodes: float, cells: float, free: float) -> str:
     """The most refinements that fit, of a mesh that fits without one."""
-    dim, most = case.kinematics.dim, 0
+    dim, most = _dim(case), 0
     while _both_bytes(case, nodes, _refined(dim, most + 1, nodes, cells)[0]) <= free:
         most += 1
     return f"at most {most}"

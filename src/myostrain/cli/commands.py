@@ -107,9 +107,7 @@ def run(
     try:
         with (
             _warnings_shown(comm.rank == 0),
-            Artist(
-                beside=comm.rank == 0 and worth_it(comm.size), solid=checked.kinematics.dim == 3
-            ) as artist,
+            Artist(beside=comm.rank == 0 and worth_it(comm.size), solid=checked.dim == 3) as artist,
             ProgressDisplay(comm.rank == 0, bar=not quiet) as display,
         ):
             results = run_case(

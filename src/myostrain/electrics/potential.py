@@ -19,9 +19,9 @@ from myostrain.solvers.linear import (
     LinearSolver,
     Options,
     global_dofs,
-    incomplete_factorization,
     largest,
     owned_dofs,
+    preconditioner,
 )
 from myostrain.solvers.timing import timed
 from myostrain.state import FieldState, State
@@ -159,8 +159,8 @@ class Potential:
             "ksp_initial_guess_nonzero": chosen.get("ksp_type") != "preonly",
         }
         if "pc_type" not in chosen:
-            defaults |= incomplete_factorization(
-                self._diffusion.symmetric, body.comm.size, global_dofs(space)
+            defaults |= preconditioner(
+                self._diffusion.symmetric, body.comm.size, global_dofs(space), body.dim
             )
         # A user's choice may be a direct solver, which must follow the matrix.
         keep = not {"ksp_type", "pc_type"} & chosen.keys()

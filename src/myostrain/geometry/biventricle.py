@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from myostrain.errors import InputError
 from myostrain.geometry.body import check_size
@@ -42,6 +42,7 @@ class Biventricle:
     right_centre: Positive = 16.0
     base: Finite = 12.0
     spacing: Positive = 5.0
+    dim: ClassVar[int] = 3
 
     def _check(self) -> None:
         """Refuse numbers that do not make such a body together."""

@@ -1,6 +1,6 @@
 """An ellipse, and the paper's distorted one."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from myostrain.geometry.body import cells_along, check_size, tag_boundary
 from myostrain.geometry.meshed import Meshed
@@ -32,6 +32,7 @@ class Ellipse:
     size: tuple[Positive, Positive]
     spacing: Positive = 1.0
     distortion: Annotated[float, Field(ge=-0.5, le=0.5, strict=True)] = 0.0
+    dim: ClassVar[int] = 2
 
     def from_disk(self, disk: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Map points (n, 2) of the unit disk to the body."""

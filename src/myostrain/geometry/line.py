@@ -1,6 +1,6 @@
 """A line."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from myostrain.geometry.body import cells_along, check_size, tag_boundary
 from myostrain.geometry.meshed import Meshed
@@ -21,6 +21,7 @@ class Line:
 
     length: Positive
     spacing: Positive = 1.0
+    dim: ClassVar[int] = 1
 
     def counts(self) -> tuple[float, float]:
         """About how many nodes and cells the mesh has, before it is made."""

@@ -1,6 +1,6 @@
 """A slab."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from myostrain.geometry.body import cells_along, check_size, tag_boundary
 from myostrain.geometry.meshed import Meshed
@@ -23,6 +23,7 @@ class Slab:
 
     size: tuple[Positive, Positive, Positive]
     spacing: Positive = 1.0
+    dim: ClassVar[int] = 3
 
     def counts(self) -> tuple[float, float]:
         """About how many nodes and cells the mesh has, before it is made."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 from myostrain.errors import InputError
 from myostrain.geometry.body import cells_along, check_size
@@ -45,6 +45,7 @@ class Ventricle:
     base: Finite = 5.0
     spacing: Positive = 1.5
     layers: Count | None = None
+    dim: ClassVar[int] = 3
 
     def _check(self) -> None:
         """Refuse numbers that do not make such a body together."""
