@@ -98,6 +98,8 @@ def test_names_of_a_file(made, tmp_path):
     assert cell.parameters == {"g_Na": 0.0, "E_Na": 40.0, "range": 0.0}
     dotted = made(MMT, "cell.mmt", parameters={"ina.gmax": 0.0, "leak.range": 0.0})
     assert close(dotted.current(V, STATES), cell.current(V, STATES))
+    named = made(SMALL.replace("a=2.0", "_contents=2.0, current=0").replace("-a*v", "-_contents*v"))
+    assert close(named.current(V, [V]), 3 * V)
     other = made(SMALL, potential="w", range=(0.0, 1.0))
     assert (other.potential, other.states, other.resting_potential()) == ("w", ("v",), 0.5)
 
@@ -179,6 +181,9 @@ UNREADABLE = {
     "no states": ("parameters(a=1)\n", "cell.ode", "no states"),
     "no number": (SMALL.replace("a=2.0", "a=2.0*q"), "cell.ode", "the value of a is no number: it needs q"),
     "too many arguments": (SMALL.replace("-a*v", "exp(v, w)"), "cell.ode", "exp takes 1 arguments, not 2"),
+    "a long sum": (SMALL + "x = " + "+".join(["v"] * 400) + "\n", "cell.ode", "too deep"),
+    "deep brackets": (SMALL + "x = " + "(1/" * 3000 + "v" + ")" * 3000 + "\n", "cell.ode", "too deep"),
+    "space": ("\n \n", "cell.ode", "no states"),
     "empty": ("", "cell.ode", "has 0 bytes"),
     "another kind": (SMALL, "cell.txt", "should end with one of .ode, .mmt, .cellml"),
     "mmt": ("[[model]]\nx.y = 1\n[x]\ndot(y) = z\n", "cell.mmt", "Myokit cannot read it: .*z"),

@@ -51,6 +51,8 @@ def without_the_sets(membrane: type, values: Mapping[str, Any]) -> dict[str, Any
         InputError: The values without those numbers make no membrane.
     """
     defaults = {field.name: field.default for field in dataclasses.fields(membrane)}
+    if "set" not in defaults:
+        return dict(values)
     of_set = {key for key, default in defaults.items() if default is OF_SET}
     plain = membrane(**{key: values[key] for key in defaults if key in values and key not in of_set})
     return {key: value for key, value in values.items() if key not in of_set or value != getattr(plain, key)}

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 from myostrain.errors import InputError, nearest
 from myostrain.membranes.files import myokit_models, ode, roles
 from myostrain.membranes.files.contents import Contents, Unreadable
-from myostrain.membranes.files.formulas import Values, names, ordered, undefined
+from myostrain.membranes.files.formulas import Values, depth, names, ordered, undefined
 from myostrain.validation import Finite, description
 
 log = logging.getLogger("myostrain")
@@ -21,6 +21,8 @@ log = logging.getLogger("myostrain")
 KEY = "cell.path"
 #: Bytes of a file at most: models of cells have some ten thousand.
 MAX_FILE = 10_000_000
+#: Operations in operations at most, a sum of as many terms among them: formulas are walked recursively.
+DEEPEST = 150
 READERS: dict[str, Callable[[str], Contents]] = {
     ".ode": ode.read_ode,
     ".mmt": myokit_models.read_mmt,
@@ -137,7 +139,7 @@ class FileMembrane:
             put(of, given or said)
         self._expect(states[v])
         # The tracer and variations in space know parameters as numbers among the attributes.
-        taken = {name for name in parameters if hasattr(self, name)}
+        taken = {name for name in parameters if name.startswith("_") or hasattr(self, name)}
         put("_attributes", {name: f"file.{name}" if name in taken else name for name in parameters})
         for name, value in parameters.items():
             put(self._attributes[name], float(value))
@@ -289,8 +291,8 @@ def _parsed(reader: Callable[[str], Contents], text: str) -> Contents:
         raise Unreadable("its formulas are too deep") from None
     if not found.states:
         raise Unreadable("it has no states: it is no model of a cell")
-    if not text.strip():
-        raise Unreadable("it is empty")
+    if max(map(depth, (*found.formulas.values(), *found.rates.values()))) > DEEPEST:
+        raise Unreadable(f"its formulas are too deep: more than {DEEPEST} operations in operations")
     known = {*found.parameters, *found.states, *found.time}
     for missing, variable in undefined({**found.formulas, **found.rates}, known).items():
         every = sorted({*known, *found.formulas})

@@ -113,6 +113,16 @@ def names(formula: Formula) -> set[str]:
     return {part.value for part in walk(formula) if part.op == "name"}
 
 
+def depth(formula: Formula) -> int:
+    """How many operations lie in each other at most."""
+    deepest, left = 0, [(formula, 1)]
+    while left:
+        at, level = left.pop()
+        deepest = max(deepest, level)
+        left += [(part, level + 1) for part in at.args]
+    return deepest
+
+
 def ordered(wanted: Iterable[str], formulas: Mapping[str, Formula]) -> list[str]:
     """The variables that have to be computed for some, each after those that it is made of.
 
