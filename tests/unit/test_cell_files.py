@@ -79,6 +79,52 @@ def test_cellml(made):
     assert cell.stimulus == ("cell.i_stim",)
 
 
+X = RNG.uniform(0.1, 0.9, 30) * np.where(np.arange(30) % 2, 1, -1)
+A = abs(X)
+ODE_FORMULAS = {
+    "-v**2 + 2**3**2": -(X**2) + 512,
+    "v - 1 - 2/4/2*3": X - 1 - 0.75,
+    "1e-3*v + 2.5E2 - .5": 1e-3 * X + 249.5,
+    "sin(v) + cos(v)*tan(v) + pi": np.sin(X) + np.cos(X) * np.tan(X) + np.pi,
+    "asin(v) + acos(v) - atan(v)": np.arcsin(X) + np.arccos(X) - np.arctan(X),
+    "exp(v)*log(Abs(v)) + ln(2)*sqrt(abs(v))": np.exp(X) * np.log(A) + np.log(2) * np.sqrt(A),
+    "floor(10*v) + Mod(v, 0.3) + Mod(7, -4)": np.floor(10 * X) + np.mod(X, 0.3) - 1,
+    "Min(v, 0.2, 0.1) + 10*Max(v, 0)": np.minimum(X, 0.1) + 10 * np.maximum(X, 0),
+    "Conditional(Or(Lt(v, -0.5), Not(Le(v, 0.5))), 1, v)": np.where((X < -0.5) | (X > 0.5), 1, X),
+    "Conditional(And(Ge(v, 0), Eq(floor(v), 0)), 3, 4) + 2*Gt(v, 0)": np.where(X > 0, 5.0, 4.0),
+    "ContinuousConditional(Gt(v, 0.2), 5, 1, 0.1)": 1 + 4 / (1 + np.exp(-(X - 0.2) / 0.1)),
+    "ContinuousConditional(Le(v, 0.2), 5, 1, 0.1)": 1 + 4 / (1 + np.exp((X - 0.2) / 0.1)),
+    "1 - exp(v) - (exp(2*v) - 1)": 2 - np.exp(X) - np.exp(2 * X),
+}
+MMT_FORMULAS = {
+    "-v^2 + 2^3": 8 - X**2,
+    "v % 0.3 + v // 0.3": np.mod(X, 0.3) + np.floor(X / 0.3),
+    "log(abs(v), 3) + log10(abs(v)) + log(2)": np.log(A) / np.log(3) + np.log10(A) + np.log(2),
+    "sin(v) + cos(v) * tan(v) - +v": np.sin(X) + np.cos(X) * np.tan(X) - X,
+    "asin(v) + acos(v) - atan(v)": np.arcsin(X) + np.arccos(X) - np.arctan(X),
+    "ceil(10 * v) + sqrt(abs(v)) * exp(v)": np.ceil(10 * X) + np.sqrt(A) * np.exp(X),
+    "if(v < -0.5 or not (v <= 0.5), 1, v)": np.where((X < -0.5) | (X > 0.5), 1, X),
+    "piecewise(v > 0.5, 1, v > 0, 2, v >= -0.5, 3, 4)": np.select(
+        [X > 0.5, X > 0, X >= -0.5], [1, 2, 3], 4.0
+    ),
+    "if(floor(v) == 0 and v != 2, 1, 0)": (X > 0) * 1.0,
+}
+
+
+@pytest.mark.parametrize("formula", ODE_FORMULAS)
+def test_operations_of_ode(made, formula):
+    """Each operation of the language, as NumPy does it."""
+    cell = made(f"states(v=0.0)\ndv_dt = {formula}\n")
+    assert close(-cell.current(X, []), ODE_FORMULAS[formula])
+
+
+@pytest.mark.parametrize("formula", MMT_FORMULAS)
+def test_operations_of_mmt(made, formula):
+    """Each operation of the language, as NumPy does it."""
+    cell = made(f"[[model]]\nx.v = 0\n[x]\ndot(v) = {formula}\nt = 0 bind time\n", "cell.mmt")
+    assert close(-cell.current(X, []), MMT_FORMULAS[formula])
+
+
 def test_gaps_are_closed(made):
     """x/(1 − e^−x) has its limit where it is 0/0, and beside it no noise, nor has its derivative."""
     cell = made(ODE)
