@@ -14,6 +14,7 @@ from myostrain.case.case import Case
 from myostrain.engine import MPI
 from myostrain.errors import InputError
 from myostrain.output import published
+from myostrain.output.codes import compare_times, known
 from myostrain.output.folder import check_path, load_results, on_first, write_atomically, write_json, writing
 from myostrain.output.lock import FolderLock
 from myostrain.output.log import RunLog, log_end, log_start
@@ -27,7 +28,14 @@ DRAWING = ".drawing"
 #: Keys that leave the problem which is solved as it is.
 NUMERICS = (
     *("name.", "title.", "cost.", "units.", "output.", "probes.", "electrodes.", "solver."),
-    *("geometry.spacing.", "geometry.layers.", "potential.refinement.", "time.step.", "time.scheme."),
+    *(
+        "geometry.spacing.",
+        "geometry.layers.",
+        "potential.refinement.",
+        "potential.mass.",
+        "time.step.",
+        "time.scheme.",
+    ),
     *("mechanics.every.", "mechanics.tolerance.", "mechanics.augmentation.", "mechanics.ellipticity."),
 )
 
@@ -101,6 +109,9 @@ def run_case(
                     results["notes"]["benchmark"] = (
                         f"not compared with published numbers, which are of another problem: {said(changes)}"
                     )
+                elif found := compare_times(case.name, results["probes"]):
+                    results["metrics"] |= found["times"]
+                    results["published"] = found
                 elif found := published.compare(case.name, simulation.model.mechanics, out, comm):
                     results["metrics"] |= {name: entry["value"] for name, entry in found.items()}
                     results["benchmark"] = found
@@ -129,11 +140,12 @@ def changed_problem(case: Case) -> dict[str, tuple[Any, Any]]:
 
     Mesh sizes, load steps, solvers and what is written belong to no problem.
     """
-    if published.find(case.name) is None:
+    if published.find(case.name) is None and not known(case.name):
         return {}
     shipped = Case.from_file(cases.path(case.name)).parameters
     found = differences(shipped, json.loads(json.dumps(case.parameters)))
-    return {key: pair for key, pair in found.items() if not f"{key}.".startswith(NUMERICS)}
+    kept = (*NUMERICS, "time.end.") if known(case.name) else NUMERICS  # when, not whether, it is activated
+    return {key: pair for key, pair in found.items() if not f"{key}.".startswith(kept)}
 
 
 def goes_on(case: Case, ended: Mapping[str, Any]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from myostrain.output.figures.codes import draw_codes
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.line import draw_line
 from myostrain.output.figures.published import draw_benchmark
@@ -29,7 +30,7 @@ def draw(folder: Path) -> list[Path]:
     ``stress.png``, ``activation.png``, ``apd90.png``, ``conduction-velocity.png``, ``animation.gif``, and
     ``tip.png`` of a spiral; a solid these, ``displacement.png`` and ``fibres.png``, if PyVista is there;
     probes of any body give ``probes.png``, electrodes ``ecg.png``, published numbers to compare with
-    ``land.png``.
+    ``land.png``, published activation times ``published.png``.
     What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are
     replaced.
 
@@ -67,7 +68,9 @@ def draw(folder: Path) -> list[Path]:
         if run.dim == 3:
             label = run.label(label, "potential")
         written += _signals(run, times, leads, label, 0.0, figures / "ecg.png")
-    return written + (draw_benchmark(folder, run.results) if run.results else [])
+    if not run.results:
+        return written
+    return [*written, *draw_benchmark(folder, run.results), *draw_codes(folder, run.results)]
 
 
 def _signals(

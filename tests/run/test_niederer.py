@@ -1,0 +1,68 @@
+"""The N-version benchmark of Niederer et al. 2011 (docs/niederer.md): the case, and published times."""
+
+from myostrain.case.case import Case
+from myostrain.case.running import changed_problem, run_case
+from myostrain.cases import path
+from myostrain.output.codes import compare_times, published_times
+from myostrain.output.figures.codes import draw_codes
+
+import pytest
+
+POINTS = [f"P{i}" for i in range(1, 10)]
+
+
+def case(*changes):
+    """The shipped case with keys set."""
+    return Case.from_file(path("niederer-3d"), list(changes))
+
+
+def test_the_case_is_the_benchmark():
+    """docs/niederer.md: conductivities over χ Cm, the stimulus, and the published initial states."""
+    shipped = case()
+    chi_cm = 140 * 0.01
+    along, across = 0.17 * 0.62 / (0.17 + 0.62) / chi_cm, 0.019 * 0.24 / (0.019 + 0.24) / chi_cm
+    assert shipped.potential.diffusivity == pytest.approx((along, across), rel=1e-8)
+    assert shipped.stimuli[0].strength == pytest.approx(50 / chi_cm, rel=1e-12)
+    assert (shipped.cell.resting_potential(), shipped.cell.threshold) == (-85.23, 0.0)
+    assert shipped.cell.resting_states()[5:9] == (0.9073, 0.00621, 0.4712, 0.0095)
+    assert shipped.is_rigid
+    assert list(shipped.probes) == POINTS
+
+
+@pytest.mark.parametrize(
+    "changes, another",
+    [
+        (["geometry.spacing=0.5", "time.step=0.01", "time.end=150", "potential.mass=lumped"], set()),
+        (["stimulus.strength=30"], {"stimulus.strength"}),
+        (["cell.set=ENDO"], {"cell.set"}),
+    ],
+)
+def test_another_problem_is_not_compared(changes, another):
+    """docs/niederer.md: mesh, step and end are no part of the problem."""
+    found = set(changed_problem(case(*changes)))
+    assert another <= found
+    assert bool(found) == bool(another)
+
+
+def test_results_are_beside_the_published_codes(tmp_path):
+    """docs/niederer.md: metrics and results.json hold P1 to P9, None where the run ended before."""
+    changes = ["geometry.spacing=1", "time.step=0.1", "time.end=6", "output.fields=[]"]
+    found = run_case(case(*changes), tmp_path / "run", figures=False)
+    assert list(found["published"]["times"]) == POINTS
+    # The corner is stimulated itself: no mesh and no step matters (published: 1.22 to 1.35).
+    assert found["metrics"]["P1"] == pytest.approx(1.23, abs=0.05)
+    assert found["metrics"]["P8"] is None
+    assert found["published"]["error"] == {}
+    assert {code["code"] for code in found["published"]["codes"]} == {"fenicsx-beat", "Cardioid", "Chaste"}
+
+
+def test_published_times_and_their_picture(tmp_path):
+    """The data are those of the codes' own files, and a run is set beside them."""
+    finest = {c["code"]: c["P8"] for c in published_times("niederer-3d") if c["spacing"] == 0.1}
+    assert finest == {"fenicsx-beat": 37.93, "Cardioid": 45.13}
+    found = compare_times("niederer-3d", {p: {"activation_time": 10.0} for p in POINTS})
+    assert found["error"] == {"P8": pytest.approx(10 / 42.2 - 1)}
+    assert compare_times("slab-3d", {}) == {}
+    (file,) = draw_codes(tmp_path, {"published": found, "parameters": {"title": "a run"}})
+    assert file.stat().st_size > 10_000
+    assert draw_codes(tmp_path, {"parameters": {}}) == []
