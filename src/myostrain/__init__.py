@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from myostrain.run.schedule import Callback
     from myostrain.run.simulation import Simulation
     from myostrain.schemes import Implicit, SecondOrder, Staggered
+    from myostrain.single_cell import cell
     from myostrain.transfer import NestedMesh
 
     __version__: str
@@ -58,6 +59,7 @@ __all__ = [
     "UniformFibres",
     "activation",
     "build",
+    "cell",
     "geometry",
     "kinematics",
     "materials",
@@ -79,6 +81,7 @@ _MODULES = {
     "run.schedule": ("Callback",),
     "run.simulation": ("Simulation",),
     "schemes": ("Implicit", "SecondOrder", "Staggered"),
+    "single_cell": ("cell",),
     "transfer": ("NestedMesh",),
 }
 _WHERE = {name: module for module, names in _MODULES.items() for name in names}

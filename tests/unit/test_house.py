@@ -23,6 +23,7 @@ LAYERS = [
     {"coupling"},
     {"output"},
     {"run"},
+    {"single_cell"},
     {"case"},
     {"reproduce", "doctor"},
     {"cli"},

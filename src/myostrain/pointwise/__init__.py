@@ -2,5 +2,6 @@
 
 from myostrain.pointwise.expressions import Expression, Graph, Untraceable, derivative
 from myostrain.pointwise.program import Program
+from myostrain.pointwise.time_loop import TimeLoop
 
-__all__ = ["Expression", "Graph", "Program", "Untraceable", "derivative"]
+__all__ = ["Expression", "Graph", "Program", "TimeLoop", "Untraceable", "derivative"]

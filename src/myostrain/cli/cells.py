@@ -1,0 +1,110 @@
+"""Commands of membranes without a body."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from myostrain.cli.commands import _load_engine, _warnings_shown, app, screen
+from myostrain.errors import InputError, nearest
+from myostrain.run.progress import ProgressDisplay
+
+import typer
+
+
+def membrane_of(model: str, values: dict[str, Any]) -> Any:
+    """A membrane by its name, or by the path of a file that holds it, with values of its parameters.
+
+    Raises:
+        InputError: There is no such model, or a value cannot be.
+    """
+    from myostrain.case.parsing import make
+    from myostrain.case.sections import CELLS
+
+    if "/" in model or Path(model).suffix:
+        cls, values = CELLS["file"], {"path": str(Path(model).absolute()), **values}
+    elif model in CELLS and model != "file":
+        cls = CELLS[model]
+    else:
+        raise InputError(f"'{model}' is no membrane; {nearest(model, set(CELLS) - {'file'})}", "MODEL")
+    return make(cls, getattr(cls, "gathered", dict)(values), "cell", also=("stimulus",))
+
+
+@app.command()
+def cell(
+    model: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="MODEL", help="A membrane, or a file that holds one; without, they are listed."
+        ),
+    ] = None,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Change a parameter, such as set=ENDO; or stimulus.strength, stimulus.duration.",
+        ),
+    ] = None,
+    cycle: Annotated[
+        float | None, typer.Option("--cycle", metavar="T", help="Time between two beats; 1000 ms by default.")
+    ] = None,
+    beats: Annotated[int, typer.Option("--beats", metavar="N", help="Number of beats.")] = 10,
+    step: Annotated[
+        float | None, typer.Option("--step", metavar="DT", help="Step of time; 0.01 ms by default.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")
+    ] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
+    ] = False,
+) -> None:
+    """Pace a membrane without a body: durations, calcium, a picture, a state for tissues to begin with."""
+    _load_engine()
+    from myostrain.case.overrides import override
+    from myostrain.case.parsing import plain
+    from myostrain.case.sections import CELLS
+    from myostrain.output.folder import free_name
+    from myostrain.single_cell import cell as pace
+    from myostrain.single_cell import write_cell
+
+    if model is None:
+        for name in sorted(set(CELLS) - {"file"}):
+            typer.echo(f"{name:26}{(CELLS[name].__doc__ or '').splitlines()[0]}")
+        return
+    values: dict[str, Any] = {}
+    override(values, overrides or [])
+    stimulus = values.pop("stimulus", {})
+    membrane = membrane_of(model, values)
+    known = ("strength", "duration")
+    if not isinstance(stimulus, dict) or not set(stimulus) <= set(known):
+        raise InputError("give stimulus.strength and stimulus.duration", "--set stimulus")
+    if not all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in stimulus.values()):
+        raise InputError("give numbers", "--set stimulus")
+    declared = dict(zip(known, getattr(membrane, "pacing", None) or (), strict=False))
+    both = {**declared, **stimulus}
+    name = type(membrane).__name__ if model in CELLS else Path(model).stem
+    folder = out if out is not None else free_name(Path("runs") / f"cell-{name}")
+    with _warnings_shown(True), ProgressDisplay(True, bar=not quiet) as display:
+        paced = pace(
+            membrane,
+            cycle=cycle,
+            beats=beats,
+            stimulus=(both["strength"], both["duration"]) if len(both) == 2 else None,
+            step=step,
+            progress=lambda end: display.start(name, beats, end),
+        )
+    results = write_cell(paced, folder, name, plain(membrane), force=force)
+    screen.print(f"{name}, beat {beats} of {beats}, a stimulus every {paced.cycle:g}")
+    for key in (*paced.last, "alternans"):
+        if results[key] is not None:
+            unit = results["units"].get(key, "")
+            screen.print(f"  {key:22} {results[key]:.5g} {unit}".rstrip())
+        elif key in paced.notes:
+            screen.print(f"  {key:22} none: {paced.notes[key]}")
+    screen.print(f"numbers in {folder / 'results.json'}, the picture {folder / 'figures' / 'cell.png'}")

@@ -1,0 +1,64 @@
+"""``myostrain cell``: the result folder, and what it says of wrong input."""
+
+import json
+
+import numpy as np
+import pytest
+
+from small_cases import command_line
+
+
+def test_a_result_folder(tmp_path):
+    """What interface and page promise is there."""
+    out = tmp_path / "out"
+    done = command_line(
+        *("cell", "BuenoOrovio2008", "--set", "set=ENDO", "--set", "stimulus.strength=40", "--beats", "2"),
+        *("--cycle", "600", "--out", out, "--quiet"),
+    )
+    assert done.status == 0, done.err
+    assert "apd90" in done.out
+    found = json.loads((out / "results.json").read_text())
+    assert found["parameters"]["set"] == "ENDO"
+    assert found["model"] == "BuenoOrovio2008"
+    assert found["stimulus"] == {"strength": 40.0, "duration": 1.0}
+    assert len(found["beats"]) == 2
+    assert found["beats"][1]["apd90"] == found["apd90"]
+    assert found["alternans"] == pytest.approx(abs(found["beats"][0]["apd90"] - found["apd90"]))
+    assert found["units"]["apd90"] == "ms"
+    assert found["units"]["peak"] == "mV"
+    table = np.genfromtxt(out / "trace.csv", delimiter=",", names=True)
+    assert table.dtype.names == ("time", "potential", "calcium", "v", "w", "s")
+    assert (table["time"][0], table["time"][-1]) == (0.0, 1200.0)
+    assert table["potential"].max() == pytest.approx(max(b["peak"] for b in found["beats"]), abs=1.0)
+    assert (out / "figures" / "cell.png").stat().st_size > 10_000
+    again = command_line("cell", "BuenoOrovio2008", "--beats", "1", "--out", out)
+    assert again.status == 2
+    assert "holds something already" in again.err
+    weak = command_line(
+        *("cell", "BuenoOrovio2008", "--set", "stimulus.strength=5", "--beats", "1", "--out", out, "--force")
+    )
+    assert weak.status == 0
+    assert "none: the stimulus did not excite" in weak.out
+    assert json.loads((out / "results.json").read_text())["apd90"] is None
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["BuenoOrovio"], "MODEL: 'BuenoOrovio' is no membrane; did you mean 'BuenoOrovio2008'?"),
+        (["LuoRudy1991", "--set", "g_na=3"], "cell.g_na: no such key; did you mean 'g_Na'?"),
+        (["LuoRudy1991", "--set", "stimulus.strenght=3"], "give stimulus.strength and stimulus.duration"),
+        (["LuoRudy1991", "--beats", "0"], "beats: 0: give a number of beats"),
+    ],
+)
+def test_wrong_input(tmp_path, arguments, message):
+    done = command_line("cell", *arguments, "--out", tmp_path / "out")
+    assert done.status == 2
+    assert message in done.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_a_model_they_are_listed():
+    done = command_line("cell")
+    assert done.status == 0
+    assert "TenTusscherPanfilov2006" in done.out
