@@ -65,7 +65,11 @@ def reference() -> str:
         "units": [keys(case.UnitsSection, intro=True)],
         "geometry": [choice("kind", case.GEOMETRIES), *variants("kind", case.GEOMETRIES)],
         "fibres": [choice("kind", case.FIBRES, "uniform"), *variants("kind", case.FIBRES)],
-        "cell": [choice("model", case.CELLS, "FitzHughNagumo"), *variants("model", case.CELLS)],
+        "cell": [
+            choice("model", case.CELLS, "FitzHughNagumo"),
+            keys(case.CellSection),
+            *variants("model", case.CELLS),
+        ],
         "potential": [keys(case.PotentialSection)],
         "initial": [
             keys(initial_values.InitialValues, intro=True, without=("where",)),

@@ -2,10 +2,13 @@
 
 import json
 
+import myostrain as ms
+from myostrain import Case
+
 import numpy as np
 import pytest
 
-from small_cases import command_line
+from small_cases import LINE, changed, command_line
 
 
 def test_a_result_folder(tmp_path):
@@ -62,3 +65,29 @@ def test_without_a_model_they_are_listed():
     done = command_line("cell")
     assert done.status == 0
     assert "TenTusscherPanfilov2006" in done.out
+
+
+def test_a_tissue_begins_where_the_cell_ended(tmp_path, caplog):
+    """Rest of the body: potential and states of the cell's end; another model is refused, parameters warn."""
+    out = tmp_path / "out"
+    model = "MitchellSchaeffer2003"
+    assert command_line("cell", model, "--beats", "2", "--cycle", "400", "--out", out).status == 0
+    end = json.loads((out / "results.json").read_text())["end"]
+    data = changed(LINE, {"cell": {"model": model, "initial": str(out)}})
+    (tmp_path / "case.toml").write_text(Case.from_dict(data).to_toml(), encoding="utf-8")
+    case = Case.from_file(tmp_path / "case.toml")
+    assert case.parameters["cell"]["initial"] == str(out)
+    potential = case.build().potential
+    far = np.argmax(potential.v.function_space.tabulate_dof_coordinates()[:, 0])
+    assert potential.v.x.array[far] == end["potential"] != 0.0
+    assert (potential.states[0] == end["h"]).all()
+    assert end["h"] < 0.95
+    assert not caplog.records
+    Case.from_dict(changed(data, {"cell.tau_in": 0.31})).build()
+    assert "tau_in 0.3 there, 0.31 here" in caplog.text
+    with pytest.raises(
+        ms.InputError, match=r"^cell\.initial: .* is of MitchellSchaeffer2003, and the membrane"
+    ):
+        Case.from_dict(changed(LINE, {"cell": {"model": "LuoRudy1991", "initial": str(out)}})).build()
+    with pytest.raises(ms.InputError, match=r"^cell.initial: .*results.json cannot be used: No such file"):
+        Case.from_dict(changed(LINE, {"cell": {"model": model, "initial": "nowhere"}})).build()

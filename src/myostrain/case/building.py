@@ -16,6 +16,7 @@ from myostrain.electrics import GivenPotential, Potential
 from myostrain.mechanics import Loads, Mechanics, Supports
 from myostrain.mechanics.loads import components_of
 from myostrain.run.simulation import Simulation
+from myostrain.single_cell import end_state, resting_at
 from myostrain.transfer import NestedMesh, SameMesh, Transfer
 
 log = logging.getLogger("myostrain")
@@ -67,7 +68,7 @@ def model(case: Any, comm: Any) -> Electromechanics:
 def _potential(case: Any, body: geometry.Body, deformation: Any) -> Potential:
     return Potential(
         body,
-        membrane=case.cell,
+        membrane=_begun(case),
         diffusivity=case.potential.diffusivity,
         balance=case.potential.balance,
         mass=case.potential.mass,
@@ -107,12 +108,23 @@ def _warn_of_missed_peaks(case: Any, step: float) -> None:
             )
 
 
+def _begun(case: Any) -> Any:
+    """The membrane, with its rest where a cell ended if the case says so."""
+    folder = case.beginning.initial
+    if folder is None:
+        return case.cell
+    end = end_state(folder, case.cell, type(case.cell).__name__, plain(case.cell))
+    return resting_at(case.cell, end)
+
+
 def _files(case: Any) -> dict[str, tuple[Path, ...]]:
     """The files that the case is from, by the key that names them."""
     parts = {"geometry.path": case.geometry, "fibres.path": case.fibres, "cell.path": case.cell}
     found = {key: part.files for key, part in parts.items() if hasattr(part, "files")}
     if case.drive is not None and case.drive.path is not None:
         found["drive.path"] = (case.drive.path,)
+    if case.beginning.initial is not None:
+        found["cell.initial"] = (case.beginning.initial / "results.json",)
     return found
 
 

@@ -35,6 +35,7 @@ from myostrain.case.sections import (
     SCHEMES,
     SECTIONS,
     TEXTS,
+    CellSection,
     MechanicsSection,
     OutputSection,
     PotentialSection,
@@ -72,6 +73,7 @@ class Case:
     geometry: Any
     fibres: Any
     cell: Any
+    beginning: CellSection
     potential: PotentialSection
     initial: tuple[InitialValues, ...]
     stimuli: tuple[Stimulus, ...]
@@ -121,6 +123,9 @@ class Case:
         for form in (data.get("geometry"), data.get("fibres"), data.get("cell"), data.get("drive")):
             if isinstance(form, dict) and isinstance(form.get("path"), str):
                 form["path"] = str(path.parent.absolute() / form["path"])
+        cell = data.get("cell")
+        if isinstance(cell, dict) and isinstance(cell.get("initial"), str):
+            cell["initial"] = str(path.parent.absolute() / cell["initial"])
         override(data, overrides)
         return cls.from_dict(data, name=path.stem)
 
@@ -165,6 +170,9 @@ class Case:
             check_rigid(data)
         fibres = pick(part["fibres"], "fibres.kind", FIBRES, "uniform") if part["fibres"] else None
         model = pick(part["cell"], "cell.model", CELLS, "FitzHughNagumo")
+        beginning = _take(part["cell"], CellSection)
+        if isinstance(beginning.get("initial"), str):
+            beginning["initial"] = _whole(folder, beginning["initial"], "cell.initial")
         law = pick(part["activation"], "activation.law", LAWS, "proportional")
         tension = getattr(law, "yields", "strain") == "tension"
         if tension and "deformation" in part["activation"]:
@@ -203,7 +211,10 @@ class Case:
             "units": make(UnitsSection, part["units"], "units"),
             "geometry": make(form, part["geometry"], "geometry", also=("kind",)),
             "fibres": make(fibres, part["fibres"], "fibres", also=("kind",)) if fibres else None,
-            "cell": make(model, getattr(model, "gathered", dict)(part["cell"]), "cell", also=("model",)),
+            "cell": make(
+                model, getattr(model, "gathered", dict)(part["cell"]), "cell", also=("model", "initial")
+            ),
+            "beginning": make(CellSection, beginning, "cell"),
             "potential": make(PotentialSection, part["potential"], "potential"),
             "initial": make_placed(InitialValues, data.get("initial", ()), "initial"),
             "stimuli": make_placed(Stimulus, data.get("stimulus", ()), "stimulus"),
@@ -335,7 +346,9 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
         "units": plain(made["units"]),
         "geometry": {"kind": word(made["geometry"], GEOMETRIES), **plain(made["geometry"])},
         "fibres": {"kind": word(fibres, FIBRES), **plain(fibres)} if fibres is not None else None,
-        "cell": {"model": word(made["cell"], CELLS), **plain(made["cell"])} if solved else None,
+        "cell": {"model": word(made["cell"], CELLS), **plain(made["cell"]), **plain(made["beginning"])}
+        if solved
+        else None,
         "potential": plain(made["potential"]) if solved else None,
         "initial": _placed(made["initial"]),
         "stimulus": _placed(made["stimuli"]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from myostrain import activation, geometry, kinematics, materials, membranes
@@ -77,6 +78,17 @@ CELLS = {
 }
 MATERIALS = _exported(materials, "energy")
 SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondOrder}
+
+
+@description
+class CellSection:
+    """[cell] but for the model and its parameters.
+
+    Args:
+        initial: Result folder of `myostrain cell` of the same model: the body's rest is where the cell ended.
+    """
+
+    initial: Path | None = None
 
 
 @description

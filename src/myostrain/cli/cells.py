@@ -99,7 +99,7 @@ def cell(
             step=step,
             progress=lambda end: display.start(name, beats, end),
         )
-    results = write_cell(paced, folder, name, plain(membrane), force=force)
+    results = write_cell(paced, folder, type(membrane).__name__, plain(membrane), force=force)
     screen.print(f"{name}, beat {beats} of {beats}, a stimulus every {paced.cycle:g}")
     for key in (*paced.last, "alternans"):
         if results[key] is not None:

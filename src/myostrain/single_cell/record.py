@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import logging
 from collections.abc import Mapping
@@ -177,3 +178,22 @@ def end_state(
         said = ", ".join(f"{n} {theirs.get(n)} there, {ours.get(n)} here" for n in differing[:5])
         log.warning("%s: the cell in %s had other parameters: %s", key, folder, said)
     return end
+
+
+def resting_at(membrane: Any, state: Mapping[str, float]) -> Any:
+    """The same membrane with its rest at another potential and other states.
+
+    Args:
+        membrane: The model; it is not changed.
+        state: The potential ("potential") and all states by name.
+    """
+    rest = tuple(state[name] for name in getattr(membrane, "states", ()))
+    cls = type(membrane)
+    methods = {
+        "resting_potential": lambda _: state["potential"],
+        "resting_states": lambda _: rest,
+        "__module__": cls.__module__,
+    }
+    made = copy.copy(membrane)
+    object.__setattr__(made, "__class__", type(cls.__name__, (cls,), methods))
+    return made
