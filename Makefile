@@ -44,6 +44,7 @@ format: $(READY) ## format the code, apply the safe fixes, write docs/howto/case
 bench: $(READY) ## measure work against precision, write docs/benchmarks.md (half an hour); options in ARGS
 	$(RUN) python benchmarks/work_precision.py $(ARGS)
 	$(RUN) python benchmarks/solid.py
+	$(RUN) python benchmarks/electrics.py
 
 docs: $(READY) ## build the documentation in build/docs (no network); start with build/docs/index.html
 	$(RUN) sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs
