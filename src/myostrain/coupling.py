@@ -267,6 +267,7 @@ class Electromechanics:
         potential = self.potential
         found: dict[str, Callable[[], Any]] = {
             "potential": lambda: potential.v.x.array,
+            "excitation": lambda: (potential.v.x.array - potential.rest) / potential.scale,
             "stretch": self._present_stretch,
             "time": lambda: self._end,
         }
@@ -331,9 +332,9 @@ class Electromechanics:
 def check_well_posed(potential: Potential, mechanics: Mechanics, activation: NodalActivation) -> float:
     """Refuse an activation that makes Fo singular, or the balance of the potential backward-parabolic.
 
-    Where J follows 1 + γ(v) at once, ∂((1 + γ) v)/∂t = (1 + γ + v γ′) ∂v/∂t, whose factor must be positive
-    over the membrane's range: for γ = −βv and v up to 1 that is 2β < 1, stricter than the paper's αβ < 1/2. A
-    law with a time of its own does not follow v at once, and is not bound by it.
+    With v counted from rest: where J follows 1 + γ(v) at once, ∂((1 + γ) v)/∂t = (1 + γ + v γ′) ∂v/∂t, whose
+    factor must be positive over the membrane's range: for γ = −βv and v up to 1 that is 2β < 1, stricter than
+    the paper's αβ < 1/2. A law with a time of its own does not follow v at once, and is not bound by it.
 
     Returns:
         The largest −v γ′/(1 + γ), by how much J v answers to v through J; zero where J does not follow.
@@ -344,7 +345,8 @@ def check_well_posed(potential: Potential, mechanics: Mechanics, activation: Nod
     low, high = potential.range
     v = np.linspace(low, high, 101)
     largest_v = largest(potential.v.x.array, potential.body.comm)
-    found = activation.feedback(v)
+    rest, scale = potential.rest, potential.scale
+    found = activation.feedback(v, rest, scale)
     if found is None:
         return 0.0
     gamma, answer = found
@@ -354,7 +356,7 @@ def check_well_posed(potential: Potential, mechanics: Mechanics, activation: Nod
             f"the active deformation is singular: 1 + γ = {1 + gamma.min():.3g} for v in [{low:g}, {high:g}]",
             key,
         )
-    if largest_v > high and (beyond := activation.feedback(np.linspace(low, largest_v, 3))):
+    if largest_v > high and (beyond := activation.feedback(np.linspace(low, largest_v, 3), rest, scale)):
         at_most = 1 + beyond[0][-1]
         if not at_most > 0:
             raise InputError(
@@ -363,7 +365,7 @@ def check_well_posed(potential: Potential, mechanics: Mechanics, activation: Nod
             )
     if potential.balance != "conservative" or not mechanics.volume_follows:
         return 0.0
-    if (np.gradient((1 + gamma) * v, v, edge_order=2) < 1e-9).any():
+    if (np.gradient((1 + gamma) * (v - rest), v, edge_order=2) < 1e-9).any():
         raise InputError(
             "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v (γ = −βv needs "
             'β < 0.5); a smaller beta, potential.balance = "advective", or on a line '

@@ -166,7 +166,7 @@ def _sheet() -> Finding:
         kinematics=kinematics.PlaneStress(),
         material=materials.NeoHookean(),
     )
-    mechanics.activation.x.array[:] = activation.Proportional(beta=beta).activation((), {"potential": 1.0})
+    mechanics.activation.x.array[:] = activation.Proportional(beta=beta).activation((), {"excitation": 1.0})
     mechanics.start()
     u = mechanics.displacement()
     X = u.function_space.tabulate_dof_coordinates()[:, :2]

@@ -54,7 +54,7 @@ def test_a_wrong_speed_of_fronts_fails(monkeypatch, factor):
 def test_a_wrong_activation_fails_sheet_and_front(monkeypatch):
     """Planted: γ = −1.01 β v. The front of another β has another speed, the sheet another stretch."""
     only(monkeypatch, "front-1d", "active sheet")
-    wrong = lambda self, states, drivers: -1.01 * self.beta * drivers["potential"]  # noqa: E731
+    wrong = lambda self, states, drivers: -1.01 * self.beta * drivers["excitation"]  # noqa: E731
     monkeypatch.setattr(Proportional, "activation", wrong)
     status, lines = told()
     assert status == 1

@@ -80,8 +80,8 @@ def test_law_conformance(law):
     in one step or many alike.
     """
     v = np.linspace(0.0, 1.0, N)
-    drivers = {"potential": v.copy()}
-    assert tuple(law.drivers) == ("potential",)
+    drivers = {"excitation": v.copy()}
+    assert tuple(law.drivers) == ("excitation",)
     states = np.zeros((0, N))
     if names := getattr(law, "states", ()):
         found = law.initial_states(drivers)
@@ -95,7 +95,7 @@ def test_law_conformance(law):
             walked = law.advance(walked, drivers, 0.02)
         np.testing.assert_allclose(walked, law.advance(start, drivers, 0.1), rtol=1e-13, atol=1e-15)
     found = np.array(law.activation(states, drivers))
-    np.testing.assert_array_equal(drivers["potential"], v)
+    np.testing.assert_array_equal(drivers["excitation"], v)
     assert found.shape == v.shape
     assert found[0] == 0
     if law.yields == "strain":
@@ -103,7 +103,7 @@ def test_law_conformance(law):
     else:
         assert found[-1] > 0
     some = slice(7, 23)
-    alone = law.activation(states[:, some], {"potential": v[some]})
+    alone = law.activation(states[:, some], {"excitation": v[some]})
     np.testing.assert_allclose(alone, found[some], rtol=1e-14)
 
 
@@ -143,7 +143,7 @@ def test_proportional_law():
     """(3.4): γ = −β v; β = 0.3 unless given, 0 ≤ β < 1."""
 
     def gamma(law, v):
-        return law.activation((), {"potential": v})
+        return law.activation((), {"excitation": v})
 
     assert gamma(Proportional(), 1.0) == -0.3
     np.testing.assert_array_equal(

@@ -217,7 +217,7 @@ def test_relaxing_is_exact_for_a_frozen_potential(v, constant):
     """
     law = Relaxing(beta=0.3, rise=0.1, fall=0.4, threshold=0.05)
     start, step = np.array([[-0.15, 0.0]]), 0.23
-    found = law.advance(start, {"potential": np.full(2, v)}, step)
+    found = law.advance(start, {"excitation": np.full(2, v)}, step)
     np.testing.assert_allclose(
         found[0], -0.3 * v + (start[0] + 0.3 * v) * np.exp(-step / constant), rtol=1e-14
     )

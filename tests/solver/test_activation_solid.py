@@ -134,7 +134,7 @@ def test_a_tension_acts_along_the_fibre(transverse, rng):
     evaluate = at_midpoints(ufl.as_vector([W, *(P[i, j] for i in range(3) for j in range(3))]), mesh)
     deformed, frame = deformations(N, 3, rng), rotations(N, 3, rng)
     v = rng.uniform(-0.5, 1.0, N)
-    tension = ActiveStress(tension=60.0).activation((), {"potential": v})
+    tension = ActiveStress(tension=60.0).activation((), {"excitation": v})
     for function, samples in ((F_, deformed), (f_, frame[:, :, 0]), (T_, tension)):
         put(function, samples)
     stress = frame * np.array([1.0, transverse, transverse]) @ frame.transpose(0, 2, 1)

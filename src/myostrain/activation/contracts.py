@@ -27,8 +27,9 @@ class ActivationLaw(Protocol):
     def drivers(self) -> Sequence[str]:
         """What drives it, by name.
 
-        "potential"; "stretch" of the fibre, |F f0|; "time"; "calcium", the state that the membrane says it
-        is; or the name of any state of the membrane.
+        "potential", in the membrane's unit; "excitation", the potential as 0 at rest and 1 at the upper end
+        of the membrane's range; "stretch" of the fibre, |F f0|; "time"; "calcium", the state that the
+        membrane says it is; or the name of any state of the membrane.
         """
         ...
 

@@ -93,22 +93,28 @@ class NodalActivation:
         """Evaluate for the present drivers, without a step of time."""
         self._evaluate(self.drivers())
 
-    def feedback(self, potentials: Array) -> tuple[Array, Array] | None:
-        """γ over potentials, and how strongly J = 1 + γ answers to v: −v γ′/(1 + γ), each (n,).
+    def feedback(
+        self, potentials: Array, rest: float = 0.0, scale: float = 1.0
+    ) -> tuple[Array, Array] | None:
+        """γ over potentials, and how strongly J = 1 + γ answers to v: −(v − rest) γ′/(1 + γ), each (n,).
+
+        The excitation is (v − rest)/scale.
 
         None for a law that does not follow the potential at once: one with states, with other drivers, or
         that yields a tension. Only there does the balance of J v change its kind with γ. The largest factor
         counts.
         """
-        if self._own or tuple(self.law.drivers) != ("potential",) or self.yields != "strain":
+        known = {"potential": potentials, "excitation": (potentials - rest) / scale}
+        drivers = tuple(self.law.drivers)
+        if self._own or not drivers or not set(drivers) <= set(known) or self.yields != "strain":
             return None
         none = np.zeros((0, len(potentials)))
-        given = _called(self.law, "activation", none, {"potential": potentials})
+        given = _called(self.law, "activation", none, {name: known[name] for name in drivers})
         found = self._array(given, potentials.shape, "activation", single=True)
         most = lasting(self._space.mesh.comm).allreduce(float(np.max(self._factor)), op=MPI.MAX)
         gamma = most * found
         with np.errstate(divide="ignore", invalid="ignore"):
-            answer = -potentials * np.gradient(gamma, potentials, edge_order=2) / (1 + gamma)
+            answer = -(potentials - rest) * np.gradient(gamma, potentials, edge_order=2) / (1 + gamma)
         return gamma, answer
 
     @property

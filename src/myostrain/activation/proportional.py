@@ -1,4 +1,4 @@
-"""Active strain proportional to the potential."""
+"""Active strain proportional to the excitation."""
 
 from typing import Annotated, Any, ClassVar
 
@@ -10,17 +10,17 @@ from pydantic import Field
 
 @description
 class Proportional:
-    """γ = −β v (3.4).
+    """γ = −β v (3.4), with v between 0 at rest and 1 at full excitation whatever the membrane's units.
 
     Args:
-        beta: Contraction β at v = 1, non-dimensional, 0 ≤ β < 1 (at β = 1, v = 1 the active deformation is
-            singular); the paper takes 0.3.
+        beta: Contraction β at full excitation, non-dimensional, 0 ≤ β < 1 (at β = 1 the active deformation is
+            singular there); the paper takes 0.3.
     """
 
     beta: Annotated[float, Field(ge=0, lt=1, strict=True)] = 0.3
-    drivers: ClassVar[tuple[str, ...]] = ("potential",)
+    drivers: ClassVar[tuple[str, ...]] = ("excitation",)
     yields: ClassVar[Yield] = "strain"
 
     def activation(self, states: Any, drivers: Any) -> Any:
-        """γ (nodes,) for the potential."""
-        return -self.beta * drivers["potential"]
+        """γ (nodes,) for the excitation."""
+        return -self.beta * drivers["excitation"]

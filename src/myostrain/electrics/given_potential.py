@@ -56,6 +56,7 @@ class GivenPotential:
     calcium = None
     state_names: tuple[str, ...] = ()
     threshold = 0.5
+    rest, scale = 0.0, 1.0  # v is the excitation itself
 
     @remembers
     def __init__(self, body: Body, drive: Drive | None = None, pattern: Array | None = None) -> None:

@@ -86,6 +86,7 @@ class Potential:
 
     Attributes:
         v: The potential, P1.
+        rest: The potential at rest.
         state_names: Names of the membrane's states.
         states: The membrane's states at the nodes, (states, nodes).
         seconds: Wall-clock seconds spent in solving.
@@ -140,7 +141,7 @@ class Potential:
         self._diffusion = Diffusion(body, space, seen, self.diffusivity, mass)
         self._b = fem.Function(space)
         self._reaction = Reaction(membrane, integrator, comm=lasting(body.comm))
-        self._rest = float(membrane.resting_potential())
+        self.rest = float(membrane.resting_potential())
         conserved = tuple(getattr(membrane, "conserved", ()))
         self._conserved = [self.state_names.index(name) for name in conserved if name in self.state_names]
         #: Whether amounts are balanced: elsewhere J = 1, or values themselves are.
@@ -190,6 +191,11 @@ class Potential:
         """Lowest and highest potential to expect, as the membrane declares them."""
         low, high = getattr(self.membrane, "range", (0.0, 1.0))
         return float(low), float(high)
+
+    @property
+    def scale(self) -> float:
+        """By how much the potential exceeds its rest at full excitation, the upper end of the range."""
+        return self.range[1] - self.rest
 
     @property
     def threshold(self) -> float:
@@ -330,8 +336,8 @@ class Potential:
             total += w * amount
         if self._per_volume:
             total = total / self.ratio
-            if self._rest:
-                total -= weights[0] * self._rest
+            if self.rest:
+                total -= weights[0] * self.rest
         return total
 
     def _history(self, weights: Array) -> Array:
@@ -373,7 +379,7 @@ class Potential:
         v, states = self.v.x.array.copy(), self._states
         amount, amounts = v, states
         if self._per_volume:
-            amount = (v - self._rest) * self.ratio
+            amount = (v - self.rest) * self.ratio
             if self._reaction.multistep and self._conserved:
                 amounts = states.copy()
                 amounts[self._conserved] *= self.ratio
@@ -463,7 +469,7 @@ class Potential:
             return 0.0
         before = self.v.x.array.copy()
         amount, amounts = self.past[0]
-        self.v.x.array[:] = self._rest + amount / self.ratio
+        self.v.x.array[:] = self.rest + amount / self.ratio
         self._states = amounts.copy()
         self._states[self._conserved] /= self.ratio
         self.values[0] = self.v.x.array.copy(), self._states
@@ -477,5 +483,5 @@ class Potential:
         if self._per_volume and self.past:
             amounts = self.weight * self.past[0][0]
         else:
-            amounts = self.weight * self.ratio * (self.v.x.array - self._rest)
+            amounts = self.weight * self.ratio * (self.v.x.array - self.rest)
         return float(self.body.comm.allreduce(float(np.sum(amounts[: owned_dofs(self.v.function_space)]))))

@@ -293,14 +293,14 @@ def _linearised(case: Case, state: Array) -> Array:
         return np.array([-case.cell.current(v, states), *case.cell.rates(v, states)])
 
     def amounts(values: Any) -> Any:
-        ratio = 1.0 if held else 1 + case.law.activation((), {"potential": values[0]})
+        ratio = 1.0 if held else 1 + case.law.activation((), {"excitation": values[0]})
         return np.array([ratio * value for value in values])
 
     def derivative(f: Any) -> Array:
         columns = [f(state + 1j * COMPLEX_STEP * e).imag / COMPLEX_STEP for e in np.eye(n)]
         return np.array(columns, dtype=float).T
 
-    J = 1.0 if held else 1 + float(case.law.activation((), {"potential": state[0]}))
+    J = 1.0 if held else 1 + float(case.law.activation((), {"excitation": state[0]}))
     conserved = case.potential.balance == "conservative"
     M = derivative(amounts) if conserved else J * np.eye(n)
     return np.linalg.solve(M, J * derivative(balances))
