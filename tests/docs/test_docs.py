@@ -1,6 +1,7 @@
 """The documentation says what is so: its scripts run, its equations, keys and names exist, and it builds."""
 
 import contextlib
+import dataclasses
 import importlib.util
 import io
 import re
@@ -114,6 +115,8 @@ def known_keys():
             if "." in name:
                 other, key = name.split(".")
                 found.setdefault(other, set()).add(key)
+    # The page explains a place once, under [initial].
+    found["stimulus"] |= {field.name for field in dataclasses.fields(ms.Place)} & found["initial"]
     return found
 
 
