@@ -73,6 +73,7 @@ def _potential(case: Any, body: geometry.Body, deformation: Any) -> Potential:
         balance=case.potential.balance,
         mass=case.potential.mass,
         deformation=deformation,
+        integrator=case.beginning.integrates(case.cell),
         initial=case.initial,
         stimuli=case.stimuli,
         options=case.solver.get("potential"),

@@ -15,11 +15,12 @@ from myostrain.electrics.potential import Balance
 from myostrain.errors import InputError
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import VectorCourse
+from myostrain.membranes.reaction import default_integrator
 from myostrain.output.fields import FieldName
 from myostrain.output.tips import Tip
 from myostrain.run.simulation import CHECKPOINT_SECONDS
 from myostrain.schemes import Implicit, SecondOrder, Staggered
-from myostrain.validation import Flag, Level, NonNegative, Positive, description
+from myostrain.validation import Count, Flag, Level, NonNegative, Positive, description
 
 from pydantic import Field
 
@@ -85,10 +86,37 @@ class CellSection:
     """[cell] but for the model and its parameters.
 
     Args:
+        integrator: How the states advance; unless given, "generalized-rush-larsen" for a model with gates,
+            "linearly-implicit" for one without.
+        substeps: Steps of the membrane in one of the potential, for the exponential integrators.
         initial: Result folder of `myostrain cell` of the same model: the body's rest is where the cell ended.
     """
 
+    integrator: Literal["linearly-implicit", "rush-larsen", "generalized-rush-larsen"] | None = None
+    substeps: Count = 1
     initial: Path | None = None
+
+    def integrates(self, membrane: Any) -> Any:
+        """The integrator of a membrane.
+
+        Raises:
+            InputError: Substeps of one that has none.
+        """
+        made: Any = {
+            None: default_integrator(membrane),
+            "linearly-implicit": membranes.LinearlyImplicit(),
+            "rush-larsen": membranes.RushLarsen(substeps=self.substeps),
+            "generalized-rush-larsen": membranes.GeneralizedRushLarsen(substeps=self.substeps),
+        }[self.integrator]
+        if self.substeps > 1:
+            if not hasattr(made, "substeps"):
+                raise InputError(
+                    'the linearly implicit integrator has none: leave it out, or integrator = "rush-larsen" '
+                    'or "generalized-rush-larsen"',
+                    "cell.substeps",
+                )
+            made = dataclasses.replace(made, substeps=self.substeps)
+        return made
 
 
 @description
