@@ -68,8 +68,9 @@ class Spoiler:
 
     def update(self, step, time):
         if step == self.step:
-            for array in (self.potential.v.x.array, *(a for level in self.potential.values for a in level)):
-                array[3] = np.nan
+            for v, states in [(self.potential.v.x.array, ()), *self.potential.values]:
+                for array in (v, *states):
+                    array[3] = np.nan
 
 
 def test_a_nan_is_noticed_in_the_step_and_said_where(tmp_path):

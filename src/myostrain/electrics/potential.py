@@ -164,7 +164,8 @@ class Potential:
                 self._diffusion.symmetric, body.comm.size, global_dofs(space), body.dim
             )
         # A user's choice may be a direct solver, which must follow the matrix.
-        keep = not {"ksp_type", "pc_type"} & chosen.keys()
+        # PETSc takes the diagonal for Jacobi at the first use: it cannot be kept, and costs nothing to renew.
+        keep = defaults.get("pc_type") != "jacobi" and not {"ksp_type", "pc_type"} & chosen.keys()
         self.solver = LinearSolver(self._diffusion.matrix, "potential", defaults, options, keep=keep)
         self._weight = 0.0  # the time derivative's factor of which the kept preconditioner was made
         self._origin: State = {}
