@@ -212,7 +212,10 @@ class Case:
             "geometry": make(form, part["geometry"], "geometry", also=("kind",)),
             "fibres": make(fibres, part["fibres"], "fibres", also=("kind",)) if fibres else None,
             "cell": make(
-                model, getattr(model, "gathered", dict)(part["cell"]), "cell", also=("model", "initial")
+                model,
+                getattr(model, "gathered", dict)(part["cell"]),
+                "cell",
+                also=("model", *(f.name for f in dataclasses.fields(CellSection))),
             ),
             "beginning": make(CellSection, beginning, "cell"),
             "potential": make(PotentialSection, part["potential"], "potential"),
