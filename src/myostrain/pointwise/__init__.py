@@ -1,6 +1,7 @@
 """Pointwise models: written once as NumPy functions, traced, differentiated, compiled, fused over nodes."""
 
-from myostrain.pointwise.expressions import Expression, Graph, Untraceable, derivative
+from myostrain.pointwise.differentiation import derivative
+from myostrain.pointwise.expressions import Expression, Graph, Untraceable
 from myostrain.pointwise.program import Program
 from myostrain.pointwise.time_loop import TimeLoop
 

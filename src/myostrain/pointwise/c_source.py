@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from myostrain.pointwise.expressions import COMPARISONS, Expression
+from myostrain.pointwise.expressions import Expression
+from myostrain.pointwise.operations import COMPARISONS
 
 #: Nodes that are computed together. All nodes go through the same code, also the last ones, so that what
 #: comes out does not depend on where a node lies among the others.

@@ -9,7 +9,8 @@ from typing import Any
 from myostrain.engine import MPI
 from myostrain.pointwise.c_source import c_source
 from myostrain.pointwise.compiler import library
-from myostrain.pointwise.expressions import COMPUTE, Expression
+from myostrain.pointwise.expressions import Expression
+from myostrain.pointwise.operations import COMPUTE
 
 import numpy as np
 import numpy.typing as npt
