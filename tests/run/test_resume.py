@@ -302,7 +302,7 @@ def test_nan_is_found_where_it_is(tmp_path):
         def update(self, step, time):
             if step == 4:
                 potential.v.x.array[7] = np.nan
-                potential.values[0][0][7] = np.nan
+                potential.past.values[0][0][7] = np.nan
 
     with pytest.raises(ComputationError) as caught:
         simulation.run(Plant())

@@ -68,7 +68,7 @@ class Spoiler:
 
     def update(self, step, time):
         if step == self.step:
-            for v, states in [(self.potential.v.x.array, ()), *self.potential.values]:
+            for v, states in [(self.potential.v.x.array, ()), *self.potential.past.values]:
                 for array in (v, *states):
                     array[3] = np.nan
 

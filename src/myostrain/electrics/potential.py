@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from myostrain.electrics.diffusion import Diffusion, Mass
 from myostrain.electrics.initial_values import InitialValues
-from myostrain.electrics.stimulus import Applied
+from myostrain.electrics.past import Past, fields, values_of
+from myostrain.electrics.stimulus import Applied, AppliedRates, Source
 from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import ComputationError, InputError
 from myostrain.geometry import Body
@@ -35,12 +35,6 @@ Balance = Literal["conservative", "advective"]
 """What is balanced: v per spatial volume, ∂(Jv)/∂t (2.5), or J ∂v/∂t."""
 
 Array = npt.NDArray[np.float64]
-
-Values = tuple[Array, Array]
-"""The potential (nodes,) and the states (states, nodes) of one time."""
-
-Source = Callable[[Array, float], Array]
-"""Applied rate of v at points (n, dim) and a time."""
 
 
 #: Keywords of earlier versions, and what became of them.
@@ -127,15 +121,13 @@ class Potential:
         self.body, self.membrane, self.balance = body, membrane, balance
         self.diffusivity = float(along), float(across)
         self.mass = mass
-        self._source = source
         mesh = body.mesh
         space = fem.functionspace(mesh, ("Lagrange", 1))
         self.v = fem.Function(space, name="potential")
         self.state_names = tuple(getattr(membrane, "states", ()))
         self._states: Array = np.zeros((len(self.state_names), len(self.v.x.array)))
         self.initial, self.stimuli = tuple(initial), tuple(stimuli)
-        self._shares = [stimulus.share(body, space) for stimulus in self.stimuli]
-        self._points = space.tabulate_dof_coordinates()[:, : body.dim]
+        self._applied = AppliedRates(self.stimuli, source, body, space)
         self.seconds = 0.0
         seen = deformation or Deformation(ufl.Identity(body.dim))
         self._diffusion = Diffusion(body, space, seen, self.diffusivity, mass)
@@ -143,10 +135,15 @@ class Potential:
         self._reaction = Reaction(membrane, integrator, comm=lasting(body.comm))
         self.rest = float(membrane.resting_potential())
         conserved = tuple(getattr(membrane, "conserved", ()))
-        self._conserved = [self.state_names.index(name) for name in conserved if name in self.state_names]
-        #: Whether amounts are balanced: elsewhere J = 1, or values themselves are.
-        self._per_volume = balance == "conservative" and not self._diffusion.isochoric
-        if self._per_volume and self._conserved and not self._reaction.multistep:
+        indices = [self.state_names.index(name) for name in conserved if name in self.state_names]
+        self.past = Past(
+            self.rest,
+            # Whether amounts are balanced: elsewhere J = 1, or values themselves are.
+            per_volume=balance == "conservative" and not self._diffusion.isochoric,
+            conserved=indices,
+            multistep=self._reaction.multistep,
+        )
+        if self.past.per_volume and self.past.conserved and not self.past.multistep:
             raise InputError(
                 f"{type(self._reaction.integrator).__name__} does not balance J {conserved[0]} of "
                 f"{type(membrane).__name__} where the volume changes: take LinearlyImplicit, or balance = "
@@ -169,14 +166,6 @@ class Potential:
         self.solver = LinearSolver(self._diffusion.matrix, "potential", defaults, options, keep=keep)
         self._weight = 0.0  # the time derivative's factor of which the kept preconditioner was made
         self._origin: State = {}
-        # Times of what is kept of the past, newest first.
-        self.times: list[float] = []
-        # Past amounts of v (nodes,) and the states (states, nodes): J times what is balanced per volume.
-        self.past: list[Values] = []
-        # The potential and the states themselves, likewise.
-        self.values: list[Values] = []
-        self._begun: Values | None = None  # what the last run began with
-        self._spare: list[Array] = []  # arrays for states that were given up
         self.reset()
 
     def __repr__(self) -> str:
@@ -212,8 +201,7 @@ class Potential:
     def states(self) -> Array:
         """The membrane's states at the nodes, (states, nodes)."""
         # Who gets them may change them: what the last step left is kept apart.
-        if self.values and self.values[0][1] is self._states:
-            self.values[0] = self.values[0][0], self._states.copy()
+        self.past.set_apart(self._states)
         return self._states
 
     @states.setter
@@ -231,30 +219,23 @@ class Potential:
             self._states[:] = np.asarray(self.membrane.resting_states(), dtype=float)[:, None]
         for values in self.initial:
             values.apply(self.body, self.v.function_space, self.v.x.array, self._states, self.state_names)
-        self._begun, self.values = None, []
+        self.past.reset()
 
     def begin(self) -> None:
         """Take what the run begins with: what was set since the last one; the rest begins as that one.
 
         Each of v and the states that is as the last step left it begins as before.
         """
-        v, states = self.v.x.array.copy(), self._states.copy()
-        if self._begun is not None and self.values:
-            last_v, last_states = self.values[0]
-            untouched = np.array([(v == last_v).all(), *(states == last_states).all(axis=1)])
-            self.body.comm.Allreduce(MPI.IN_PLACE, untouched, op=MPI.LAND)
-            if untouched[0]:
-                v[:] = self._begun[0]
-            states[untouched[1:]] = self._begun[1][untouched[1:]]
-            self.v.x.array[:], self._states = v, states.copy()
-        self._begun = v, states
+        self.v.x.array[:], self._states = self.past.begin(
+            self.v.x.array.copy(), self._states.copy(), self.body.comm
+        )
 
     def start(self, time: float = 0.0) -> None:
         """Begin at the present values, on the present deformation, as if nothing had been solved before."""
         self.solver.forget()
         self._weight = 0.0
         self.update_deformation()
-        self.past, self.values, self.times = [], [], []
+        self.past.clear()
         self.accept(time, keep=1)
 
     @property
@@ -296,20 +277,21 @@ class Potential:
         Raises:
             ComputationError: The linear solver failed.
         """
-        before_v, before = self.values[0]
+        before_v, before = self.past.values[0]
         order = len(weights) - 1
         # Times are sums, so that equal steps give weights that differ in the last bits.
         if abs(weights[0] - self._weight) > 1e-9 * abs(weights[0]):
             self._weight = float(weights[0])
             self.solver.forget()
-        past = self._history(weights) if self._reaction.multistep else before
-        step = Step(end - self.times[0], float(weights[0]), past, before, before_v, order)
-        self._states, current, slope, bad = self._reaction.solve(guess, self._states, step, self._room())
+        past = self.past.sums(weights, self.ratio) if self.past.multistep else before
+        step = Step(end - self.past.times[0], float(weights[0]), past, before, before_v, order)
+        room = self.past.room(self._states)
+        self._states, current, slope, bad = self._reaction.solve(guess, self._states, step, room)
         self._refuse(bad, end)
-        if (applied := self._applied(end, weights)) is not None:
+        if (applied := self._applied.rate([end, *self.past.times], weights)) is not None:
             current = current - applied
         implicit = self.ratio * self.weight * slope
-        explicit = self.ratio * (current + self._past_rate(weights))
+        explicit = self.ratio * (current + self.past.rate(weights, self.ratio))
         diagonal = self._diffusion.put(self._weight, implicit)
         self._count()
         self._b.x.array[:] = implicit * guess - self._diffusion.load(explicit)
@@ -319,44 +301,6 @@ class Potential:
         self.v.x.array[:] = guess
         self.solver.solve(self._b.x.petsc_vec, self.v.x.petsc_vec)
         self.v.x.scatter_forward()
-
-    def _applied(self, end: float, weights: Array) -> Array | float | None:
-        """Applied rate of v: stimuli by the backward difference of their integrals, and the source."""
-        times = [end, *self.times[: len(weights) - 1]]
-        found: Any = None if self._source is None else self._source(self._points, end)
-        for stimulus, share in zip(self.stimuli, self._shares, strict=True):
-            rate = sum(w * stimulus.amount(t) for w, t in zip(weights, times, strict=True))
-            if rate:
-                found = rate * share if found is None else found + rate * share
-        return found
-
-    def _past_rate(self, weights: Array) -> Array:
-        """What past values of v (nodes,) add to its time derivative."""
-        total = weights[1] * self.past[0][0]
-        for w, (amount, _) in zip(weights[2:], self.past[1:], strict=False):
-            total += w * amount
-        if self._per_volume:
-            total = total / self.ratio
-            if self.rest:
-                total -= weights[0] * self.rest
-        return total
-
-    def _history(self, weights: Array) -> Array:
-        """Weighted sums (states, nodes) of past values of each state, as they enter the step."""
-        total = weights[1] * self.past[0][1]
-        for w, (_, amounts) in zip(weights[2:], self.past[1:], strict=False):
-            total += w * amounts
-        if self._per_volume:
-            total[self._conserved] /= self.ratio
-        return total
-
-    def _room(self) -> Array:
-        """An array for the states that nobody holds: one that was given up, or a new one."""
-        for array in self._spare:
-            # The list, this variable, and the argument of getrefcount hold it; a view would be one more.
-            if sys.getrefcount(array) == 3:
-                return array
-        return np.empty_like(self._states)
 
     def _refuse(self, bad: int, end: float) -> None:
         """Stop where a gate or another state is no longer what it may be.
@@ -376,37 +320,14 @@ class Potential:
 
     def accept(self, time: float, keep: int) -> None:
         """Take the present fields as those of a step that ended at ``time`` and keep ``keep`` past ones."""
-        keep_states = keep if self._reaction.multistep else 1
-        v, states = self.v.x.array.copy(), self._states
-        amount, amounts = v, states
-        if self._per_volume:
-            amount = (v - self.rest) * self.ratio
-            if self._reaction.multistep and self._conserved:
-                amounts = states.copy()
-                amounts[self._conserved] *= self.ratio
-        for _, old in self.values[keep_states - 1 :]:
-            fits = old.shape == states.shape  # not what stands for states that were not kept
-            if fits and old is not states and all(old is not known for known in self._spare):
-                self._spare = [old, *self._spare][:3]
-        self.past = [(amount, amounts), *self.past[: keep - 1]]
-        self.values = [(v, states), *self.values[: keep - 1]]
-        for level in (self.past, self.values):
-            level[keep_states:] = [(old, np.zeros((0, len(v)))) for old, _ in level[keep_states:]]
-        self.times = [time, *self.times[: keep - 1]]
+        self.past.push(time, self.v.x.array.copy(), self._states, self.ratio, keep)
 
     def state(self) -> State:
         """Fields, history, and what the kept preconditioner was made of."""
         space = self.v.function_space
-
-        def rows(values: Values | None) -> list[FieldState]:
-            return [] if values is None else [FieldState(space, row) for row in (values[0], *values[1])]
-
         return {
-            "fields": rows((self.v.x.array.copy(), self._states)),
-            "begun": rows(self._begun),
-            "past": [rows(values) for values in self.past],
-            "values": [rows(values) for values in self.values],
-            "times": list(self.times),
+            "fields": fields(space, (self.v.x.array.copy(), self._states)),
+            **self.past.state(space),
             "weight": self._weight,
             "origin": self._origin,
             "solver": self.solver.state(),
@@ -415,21 +336,13 @@ class Potential:
 
     def restore(self, state: State) -> None:
         """Go on from a state, on the deformation that has been restored before."""
-
-        def values(rows: list[FieldState]) -> Values:
-            v, *states = (row.values for row in rows)
-            return v.copy(), np.array(states).reshape(-1, len(v))
-
         self.solver.restore(state["solver"])
         self._weight = state["weight"]
         if state["origin"] and state["origin"] is not self._origin:
             self._origin = state["origin"]
             self._precondition()
-        self.v.x.array[:], self._states = values(state["fields"])
-        self._begun = values(state["begun"]) if state["begun"] else None
-        self.past, self.values = ([values(rows) for rows in state[name]] for name in ("past", "values"))
-        self.times = list(state["times"])
-        self._spare = []
+        self.v.x.array[:], self._states = values_of(state["fields"])
+        self.past.restore(state)
         self.update_deformation()
         self.seconds = state["seconds"]
         self.solver.restore(state["solver"])
@@ -444,20 +357,15 @@ class Potential:
 
     def forget(self) -> None:
         """Keep only the newest values: the next step starts anew, as after a jump in time."""
-        self.past, self.values, self.times = self.past[:1], self.values[:1], self.times[:1]
+        self.past.shorten()
 
     def extrapolate(self, weights: Array) -> Array:
         """Weighted sum of the potential's present and past values, newest first (nodal, local).
 
         The states are set to theirs, where the next solve starts from a guess of them.
         """
-        total = weights[0] * self.values[0][0]
-        for w, (v, _) in zip(weights[1:], self.values[1:], strict=False):
-            total += w * v
-        if self._reaction.multistep and self.state_names:
-            states = weights[0] * self.values[0][1]
-            for w, (_, past) in zip(weights[1:], self.values[1:], strict=False):
-                states += w * past
+        total, states = self.past.extrapolate(weights)
+        if states is not None:
             self._states = states
         return total
 
@@ -466,14 +374,10 @@ class Potential:
 
         The advective balance keeps the values themselves. Returns the largest change of v.
         """
-        if not self._per_volume:
+        if not self.past.per_volume:
             return 0.0
         before = self.v.x.array.copy()
-        amount, amounts = self.past[0]
-        self.v.x.array[:] = self.rest + amount / self.ratio
-        self._states = amounts.copy()
-        self._states[self._conserved] /= self.ratio
-        self.values[0] = self.v.x.array.copy(), self._states
+        self.v.x.array[:], self._states = self.past.conserve(self.ratio)
         return largest(self.v.x.array - before, self.body.comm)
 
     def amount(self) -> float:
@@ -481,8 +385,8 @@ class Potential:
 
         J is that of the step in which v was found: a scheme may have moved the body since.
         """
-        if self._per_volume and self.past:
-            amounts = self.weight * self.past[0][0]
+        if self.past.per_volume and self.past.amounts:
+            amounts = self.weight * self.past.amounts[0][0]
         else:
             amounts = self.weight * self.ratio * (self.v.x.array - self.rest)
         return float(self.body.comm.allreduce(float(np.sum(amounts[: owned_dofs(self.v.function_space)]))))

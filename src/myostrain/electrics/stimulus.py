@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from myostrain.electrics.place import Array, Place
@@ -9,6 +10,9 @@ from myostrain.geometry import Body
 from myostrain.validation import Count, Finite, NonNegative, Positive, description
 
 import numpy as np
+
+Source = Callable[[Array, float], Array]
+"""Applied rate of v at points (n, dim) and a time."""
 
 
 class Applied(Protocol):
@@ -72,3 +76,35 @@ class Stimulus:
             return self.strength * self.duration * self.count
         rest = max(elapsed - whole * self.period, 0.0)
         return self.strength * (whole * self.duration + min(rest, self.duration))
+
+
+class AppliedRates:
+    """The rate of v at the nodes that stimuli and a source apply together.
+
+    Args:
+        stimuli: The stimuli.
+        source: Applied rate of v, a function of points (n, dim) and time that gives (n,); None for none.
+        body: The reference body.
+        space: P1 space whose nodes are meant.
+    """
+
+    def __init__(self, stimuli: Sequence[Applied], source: Source | None, body: Body, space: Any) -> None:
+        self._source = source
+        self._shares = [(stimulus, stimulus.share(body, space)) for stimulus in stimuli]
+        self._points = space.tabulate_dof_coordinates()[:, : body.dim]
+
+    def rate(self, times: Sequence[float], weights: Array) -> Array | float | None:
+        """The rate (nodes,), None where nothing acts.
+
+        Stimuli act by the backward difference of their integrals, the source by its value at the end.
+
+        Args:
+            times: The end of the step and past times, newest first, at least as many as weights.
+            weights: Backward-difference weights.
+        """
+        found: Any = None if self._source is None else self._source(self._points, times[0])
+        for stimulus, share in self._shares:
+            rate = sum(w * stimulus.amount(t) for w, t in zip(weights, times, strict=False))
+            if rate:
+                found = rate * share if found is None else found + rate * share
+        return found
