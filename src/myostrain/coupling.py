@@ -9,6 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from myostrain import membranes
 from myostrain.activation import ActivationLaw, NodalActivation, Proportional
 from myostrain.electrics.potential import Potential
 from myostrain.errors import ComputationError, InputError
@@ -84,7 +85,10 @@ class Electromechanics:
                 )
             chosen: Any = Proportional() if law is None else law
             space = potential.v.function_space
-            self.activation = NodalActivation(chosen, space, self._drivers(), mechanics.yields, activity)
+            self._check_calcium(chosen)
+            self.activation = NodalActivation(
+                chosen, space, self._drivers(), mechanics.yields, activity, self._units()
+            )
             self._uses_stretch = "stretch" in chosen.drivers
             self.feedback = check_well_posed(potential, mechanics, self.activation)
         if isinstance(self.scheme, SecondOrder) and self.scheme.every > 1 and self.feedback > STRONG:
@@ -277,6 +281,27 @@ class Electromechanics:
         if (calcium := potential.calcium) is not None:
             found["calcium"] = found[calcium]
         return found
+
+    def _units(self) -> dict[str, str | None]:
+        """Units of what may drive a law, by name."""
+        membrane = getattr(self.potential, "membrane", None)
+        named = {"calcium": "calcium_unit", "potential": "potential_unit", "time": "time_unit"}
+        return {driver: getattr(membrane, unit, None) for driver, unit in named.items()}
+
+    def _check_calcium(self, law: Any) -> None:
+        """Say which membranes have the calcium that a law asks for in vain."""
+        if "calcium" not in (getattr(law, "drivers", None) or ()) or self.potential.calcium is not None:
+            return
+        known = [
+            n for n in membranes.__all__ if isinstance(getattr(getattr(membranes, n), "calcium", 0), str)
+        ]
+        membrane = getattr(self.potential, "membrane", None)
+        has = "a given potential" if membrane is None else type(membrane).__name__
+        raise InputError(
+            f"'calcium' drives {type(law).__name__}, and {has} has none; membranes with calcium: "
+            f"{', '.join(sorted(known))}",
+            "activation.law",
+        )
 
     def _keep_stretch(self, time: float) -> None:
         """Keep the stretch of the present body, where a law asks for it."""

@@ -42,8 +42,23 @@ COARSER = {
 #: process's own, so that a solve differs by its tolerance, 1e-10. Measured after six steps: 1.3e-9.
 TOLERANCE, NEAR = 1e-10, 2e-8
 
-#: Parameters that have no default.
-PARAMETERS = {"active-stress": {"tension": 0.3}, "fibre-tension": {"tension": 0.3}}
+#: Parameters that have no default, or one for another material.
+PARAMETERS = {
+    "active-stress": {"tension": 0.3},
+    "hunter-1998": {"tension": 0.3},
+    "nash-panfilov-2004": {"tension": 0.3},
+    "timed": {"gamma_min": -0.2, "start": 0.0, "end": 0.1},
+}
+
+#: A membrane in ms and mV with calcium, for laws that ask for one.
+IN_MILLIVOLTS = {
+    "cell": {"model": "BuenoOrovio2008"},
+    "initial.potential": 20.0,
+    "time.step": 2.0,
+    "time.end": 40.0,
+    "output.every": 20.0,
+    "potential.diffusivity": 0.1,
+}
 
 
 def shortened(name):
@@ -72,7 +87,8 @@ def exported():
         found[f"deformation {name}"] = changed(solid, {"activation.deformation": name})
     for name in sections.LAWS:
         law = {"activation": {"law": name, **PARAMETERS.get(name, {})}}
-        found[f"law {name}"] = changed(solid, law)
+        wants_units = hasattr(sections.LAWS[name], "units")
+        found[f"law {name}"] = changed(solid, {**law, **(IN_MILLIVOLTS if wants_units else {})})
     for name, membrane in sections.CELLS.items():
         cell = {"path": str(CELL_FILE)} if name == "file" else {}
         made = membrane(**cell)

@@ -22,6 +22,17 @@ CASES = {
             "output": {"every": 5e-3, "fields": ["potential", "activation", "displacement", "stress"]},
         },
     ),
+    "calcium": changed(  # a law with states that sees the stretch, fast beside these steps
+        SHEET,
+        {
+            "potential.refinement": 1,
+            "cell": {"model": "BuenoOrovio2008"},
+            "initial": {"center": [10.0, 12.0], "radius": 5.0, "potential": 20.0, "states": {"s": 0.9}},
+            "activation": {"law": "rossi-2014", "mu": 1e-2},
+            "mechanics.every": 2,
+            "output": {"every": 4e-3, "fields": ["potential", "activation", "displacement", "stretch"]},
+        },
+    ),
     "solid": changed(SOLID, {"potential.refinement": 1}),
 }
 

@@ -91,7 +91,10 @@ WRONG = {
     "drivers in one text": (Law("potential", lambda d: 0.0), r"Law\.drivers is 'potential'; give names"),
     "a driver twice": (Law(("time", "time"), lambda d: 0.0), "name twice"),
     "an unknown driver": (Law(("strech",), lambda d: 0.0), "'strech' drives Law.*did you mean 'stretch'"),
-    "no calcium": (Law(("calcium",), lambda d: 0.0), "'calcium' drives Law, and nothing gives it"),
+    "no calcium": (
+        Law(("calcium",), lambda d: 0.0),
+        "'calcium' drives Law, and FitzHughNagumo has none.*Bueno",
+    ),
     "states in one text": (delayed(states="r"), r"Delayed\.states is 'r'; give names"),
     "no initial states": (delayed(initial_states=None), "no method initial_states"),
     "no advance": (delayed(advance=None), "no method advance"),

@@ -16,10 +16,15 @@ from myostrain.activation.contracts import (
 )
 from myostrain.activation.fibre import Fibre
 from myostrain.activation.fibre_tension import FibreTension
+from myostrain.activation.goektepe_kuhl_2010 import GoektepeKuhl2010
+from myostrain.activation.hunter_1998 import Hunter1998
+from myostrain.activation.nash_panfilov_2004 import NashPanfilov2004
 from myostrain.activation.nodal_activation import NodalActivation
 from myostrain.activation.orthotropic import Orthotropic
 from myostrain.activation.proportional import Proportional
 from myostrain.activation.relaxing import Relaxing
+from myostrain.activation.rossi_2014 import Rossi2014
+from myostrain.activation.timed import Timed
 from myostrain.activation.transversely_isotropic import TransverselyIsotropic
 
 __all__ = [
@@ -29,11 +34,16 @@ __all__ = [
     "ActiveTension",
     "Fibre",
     "FibreTension",
+    "GoektepeKuhl2010",
+    "Hunter1998",
     "LawWithStates",
+    "NashPanfilov2004",
     "NodalActivation",
     "Orthotropic",
     "Proportional",
     "Relaxing",
+    "Rossi2014",
+    "Timed",
     "TransverselyIsotropic",
     "Yield",
 ]

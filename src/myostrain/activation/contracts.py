@@ -20,7 +20,9 @@ class ActivationLaw(Protocol):
     """How γ, or a tension, follows what drives it; pointwise, on arrays of nodal values.
 
     A law with a time of its own is a :class:`LawWithStates`. A law may also have ``yields``: "strain" for γ
-    (negative contracts), which is so unless it says otherwise, or "tension" for a stress along the fibre.
+    (negative contracts), which is so unless it says otherwise, or "tension" for a stress along the fibre; and
+    ``units``, such as ``{"calcium": "μM", "time": "ms"}``, in which it wants drivers and the length of a
+    step: they are converted, and a membrane that counts in something else is refused.
     """
 
     @property

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from myostrain.activation.checks import KEY, called, check_law, plain, unit_scales
 from myostrain.activation.contracts import ActivationLaw, Array, Drivers, Yield
 from myostrain.engine import MPI, fem, lasting
-from myostrain.errors import InputError, nearest
+from myostrain.errors import ComputationError, InputError
 from myostrain.state import FieldState, State
 
 import numpy as np
-from ufl.core.expr import Expr
 
 
 class NodalActivation:
@@ -23,9 +23,12 @@ class NodalActivation:
         drivers: What it may be driven by: functions without arguments that give present values, by name.
         wanted: What the mechanics takes, "strain" or "tension".
         factor: Factor on what the law yields, a number or (nodes,).
+        units: Units in which the drivers are given, and "time", by name; a law that declares its own gets
+            them in these.
 
     Raises:
-        InputError: Something is missing in the law, or of a wrong kind or shape; the message says what.
+        InputError: Something is missing in the law, or of a wrong kind or shape, or its units are others; the
+            message says what.
 
     Attributes:
         states: Present states, (states, nodes).
@@ -39,10 +42,12 @@ class NodalActivation:
         drivers: Mapping[str, Callable[[], Any]],
         wanted: Yield = "strain",
         factor: float | Array = 1.0,
+        units: Mapping[str, str | None] | None = None,
     ) -> None:
-        _check(law, drivers, wanted)
+        check_law(law, drivers, wanted)
         self.law, self._space, self._factor = law, space, factor
         self._sources = {name: drivers[name] for name in law.drivers}
+        self._scales = unit_scales(law, units or {})
         self._size = len(fem.Function(space).x.array)
         self._own = tuple(getattr(law, "states", ()))
         self.states: Array = np.zeros((len(self._own), self._size))
@@ -50,27 +55,32 @@ class NodalActivation:
         self.values: Array = np.zeros(self._size)
 
     def drivers(self) -> dict[str, Any]:
-        """Copies of the present values of what drives the law."""
-        return {name: np.array(source(), dtype=float) for name, source in self._sources.items()}
+        """Copies of the present values of what drives the law, in its units."""
+        scales = self._scales
+        return {
+            n: np.array(source(), dtype=float) * scales.get(n, 1.0) for n, source in self._sources.items()
+        }
 
     def start(self) -> None:
         """Take the initial states for the present drivers.
 
         Raises:
-            InputError: What the law gives is not what it should be.
+            InputError: What the law gives is not what it should be, or not finite.
         """
         drivers = self.drivers()
         if self._own:
-            found = _called(self.law, "initial_states", drivers)
+            found = called(self.law, "initial_states", drivers)
             if len(found) != len(self._own):
                 raise InputError(
                     f"{type(self.law).__name__}.initial_states gives {len(found)} values for the states "
                     f"{list(self._own)}; give one each",
-                    "activation.law",
+                    KEY,
                 )
             for state, value in zip(self.states, found, strict=True):
                 state[:] = self._array(value, (self._size,), "initial_states", single=True)
         self._evaluate(drivers)
+        if said := self._not_finite():
+            raise InputError(said, KEY)
         self.accept()
 
     def advance(self, step: float, order: int) -> None:
@@ -79,15 +89,21 @@ class NodalActivation:
         Args:
             step: Length of the step.
             order: 1: the drivers are frozen at the end of the step; 2: at its middle.
+
+        Raises:
+            ComputationError: What the law gives is not finite.
         """
         after = self.drivers()
         if self._own:
             during = after
             if order == 2:
                 during = {name: (value + self._accepted_drivers[name]) / 2 for name, value in after.items()}
-            found = _called(self.law, "advance", self._accepted, during, step)
+            length = step * self._scales.get("time", 1.0)
+            found = called(self.law, "advance", self._accepted, during, length)
             self.states = self._array(found, self.states.shape, "advance")
         self._evaluate(after)
+        if said := self._not_finite():
+            raise ComputationError(said, advice="a smaller time step, or other parameters of the law.")
 
     def update(self) -> None:
         """Evaluate for the present drivers, without a step of time."""
@@ -109,7 +125,7 @@ class NodalActivation:
         if self._own or not drivers or not set(drivers) <= set(known) or self.yields != "strain":
             return None
         none = np.zeros((0, len(potentials)))
-        given = _called(self.law, "activation", none, {name: known[name] for name in drivers})
+        given = called(self.law, "activation", none, {name: known[name] for name in drivers})
         found = self._array(given, potentials.shape, "activation", single=True)
         most = lasting(self._space.mesh.comm).allreduce(float(np.max(self._factor)), op=MPI.MAX)
         gamma = most * found
@@ -123,8 +139,24 @@ class NodalActivation:
         return str(getattr(self.law, "yields", "strain"))
 
     def _evaluate(self, drivers: Drivers) -> None:
-        found = _called(self.law, "activation", self.states, drivers)
+        found = called(self.law, "activation", self.states, drivers)
         self.values = self._array(found, (self._size,), "activation", single=True) * self._factor
+
+    def _not_finite(self) -> str:
+        """Where states or values are no finite numbers, in words; empty if all are (collective)."""
+        comm, found = lasting(self._space.mesh.comm), ""
+        finite = np.isfinite(self.values) & np.isfinite(self.states).all(axis=0)
+        if not finite.all():
+            node = int(np.argmin(finite))
+            X = self._space.tabulate_dof_coordinates()[node, : self._space.mesh.geometry.dim]
+            values = {
+                self.yields: self.values[node],
+                **dict(zip(self._own, self.states[:, node], strict=True)),
+            }
+            given = ", ".join(f"{name} = {float(value):g}" for name, value in values.items())
+            place = [round(float(x), 6) for x in X]
+            found = f"{type(self.law).__name__} gives what is not finite near {place}: {given}"
+        return next((said for said in comm.allgather(found) if said), "")
 
     def accept(self) -> None:
         """Take the present states as those of a finished step."""
@@ -133,11 +165,11 @@ class NodalActivation:
     def _array(self, found: Any, shape: tuple[int, ...], method: str, single: bool = False) -> Array:
         """What a method gives, as an array of a shape; a number is taken for all nodes where one may be."""
         who = f"{type(self.law).__name__}.{method}"
-        array = _plain(found, who)
+        array = plain(found, who)
         if array.shape != shape and not (single and array.shape == ()):
             raise InputError(
                 f"{who} gives values of shape {array.shape}; wanted is {shape}, (states, nodes) or (nodes,)",
-                "activation.law",
+                KEY,
             )
         return np.broadcast_to(array, shape).copy()
 
@@ -166,72 +198,3 @@ class NodalActivation:
             name: value.values if isinstance(value, FieldState) else np.asarray(value)
             for name, value in state["drivers"].items()
         }
-
-
-def _plain(found: Any, who: str) -> Array:
-    # NumPy would try to iterate a UFL scalar, for ever.
-    several = found if isinstance(found, (list, tuple)) else (found,)
-    symbolic = next((value for value in several if isinstance(value, Expr)), None)
-    if symbolic is not None:
-        raise InputError(
-            f"{who} gives a {type(symbolic).__name__} of UFL; a law gets and gives arrays of nodal values: "
-            "write it in NumPy",
-            "activation.law",
-        )
-    try:
-        if np.iscomplexobj(found):
-            raise TypeError("they are complex")
-        return np.asarray(found, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{who} gives no array of real numbers: {error}", "activation.law") from None
-
-
-def _called(law: Any, method: str, *arguments: Any) -> Any:
-    try:
-        return getattr(law, method)(*arguments)
-    except (TypeError, ValueError, IndexError, KeyError, AttributeError) as error:
-        hint = "; declare it in drivers" if isinstance(error, KeyError) else ""
-        raise InputError(
-            f"{type(law).__name__}.{method} failed: {type(error).__name__}: {error}{hint}", "activation.law"
-        ) from error
-
-
-def _check(law: Any, known: Mapping[str, Any], wanted: str) -> None:
-    name = type(law).__name__ if not isinstance(law, type) else f"the class {law.__name__}"
-    key = "activation.law"
-    if isinstance(law, type):
-        raise InputError(f"{name} is no object: give {law.__name__}()", key)
-    if not callable(getattr(law, "activation", None)):
-        hint = (
-            "; `gamma(v)` of earlier versions is now `activation(states, drivers)`, on arrays: return the "
-            'same of drivers["potential"]'
-            if hasattr(law, "gamma")
-            else ""
-        )
-        raise InputError(
-            f"{name} is no activation law: it has no method activation(states, drivers){hint}", key
-        )
-    drivers: Any = getattr(law, "drivers", None)
-    states: Any = getattr(law, "states", ())
-    for what, names in (("drivers", drivers), ("states", states)):
-        texts = not isinstance(names, str) and isinstance(names, (tuple, list))
-        if not texts or not all(isinstance(n, str) for n in names):
-            raise InputError(f'{name}.{what} is {names!r}; give names, such as ("potential",)', key)
-        if len(set(names)) != len(names):
-            raise InputError(f"{name}.{what} has a name twice: {list(names)}", key)
-    for driver in drivers:
-        if driver not in known:
-            raise InputError(f"'{driver}' drives {name}, and nothing gives it; {nearest(driver, known)}", key)
-    if states:
-        for method in ("initial_states", "advance"):
-            if not callable(getattr(law, method, None)):
-                raise InputError(f"{name} has states, but no method {method}", key)
-    yields = getattr(law, "yields", "strain")
-    if yields not in ("strain", "tension"):
-        raise InputError(f'{name}.yields is {yields!r}; give "strain" or "tension"', key)
-    if yields != wanted:
-        raise InputError(
-            f"{name} yields a {yields}, and the mechanics takes a {wanted}: give Mechanics(active=...) a "
-            "deformation such as Fibre() for a strain, FibreTension() for a tension",
-            key,
-        )

@@ -66,8 +66,8 @@ def _exported(module: Any, method: str) -> dict[str, Any]:
 
 
 def _lower(classes: Mapping[str, Any]) -> dict[str, Any]:
-    """Classes by their names in lower case, words joined by "-"."""
-    return {re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower(): cls for name, cls in classes.items()}
+    """Classes by their names in lower case, words and years joined by "-"."""
+    return {re.sub(r"(?<=[a-z])(?=[A-Z0-9])", "-", name).lower(): cls for name, cls in classes.items()}
 
 
 #: Laws that yield an active strain, or a tension.
@@ -190,7 +190,8 @@ class OutputSection:
 
     Args:
         every: Simulated time between written fields; a sixtieth of the run unless given.
-        fields: Which fields; "stress" is the Cauchy stress, `stress_xx`, `stress_xy`, ..., at the nodes.
+        fields: Which fields; "activation" is γ or the tension, "stretch" that of the fibre, "stress" the
+            Cauchy stress, `stress_xx`, `stress_xy`, ..., all at the nodes.
         repolarization: Percentages of repolarisation at which the end of each beat is taken at every node and
             probe: a number such as 90, for APD90, or several.
         tip: What the tip of a spiral wave is, on a sheet; its trajectory is written into `tip.csv`.

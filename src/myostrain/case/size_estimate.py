@@ -84,7 +84,7 @@ def estimate(case: Any) -> Size:
     every = case.output.every or case.time.end / 60
     frames = 2 + min(steps, case.time.end / every)
     width = {"potential": 1, "states": states, "activation": 1, "displacement": 3}
-    width |= {"stress": 6, "stress_trace": 1}
+    width |= {"stretch": 1, "stress": 6, "stress_trace": 1}
     # Numbers a node in double precision, for ParaView and for the figures.
     frame = 16 * fine * sum(width[name] for name in set(case.output.fields))
     runs = 2 if case.output.rigid_twin else 1

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-FieldName = Literal["potential", "states", "activation", "displacement", "stress", "stress_trace"]
+FieldName = Literal["potential", "states", "activation", "displacement", "stretch", "stress", "stress_trace"]
 
 
 def cell_fibres(body: Body) -> Array:
@@ -47,8 +47,8 @@ class FieldWriter:
     Args:
         model: The coupled problem.
         folder: The result folder.
-        names: Which fields; "states" means all of the membrane's, "stress" the Cauchy stress,
-            ``stress_xx``, ``stress_xy``, ...
+        names: Which fields; "states" means all of the membrane's, "activation" γ or the tension, "stretch"
+            that of the fibre, "stress" the Cauchy stress, ``stress_xx``, ``stress_xy``, ...
         about: What pictures have to know of the run: see :func:`~myostrain.output.units.about`.
     """
 
@@ -93,6 +93,9 @@ class FieldWriter:
         if model.mechanics is not None:
             if "displacement" in wanted:
                 found["displacement"] = None if headers else model.transfer.displacement().x.array
+            if "stretch" in wanted:
+                stretch = None if headers else model.transfer.to_potential(model.mechanics.fibre_stretch())
+                found["stretch"] = stretch
             if "stress" in wanted:
                 n = model.mechanics.kinematics.tensor_dim
                 sigma = None if headers else model.transfer.to_potential(model.mechanics.stress())
