@@ -13,8 +13,22 @@ import numpy as np
 Rates = Callable[[Sequence[Expression]], Sequence[Expression]]
 
 
+class _Exponential:
+    """What the integrators share: all but which states take exponential steps."""
+
+    order: ClassVar[int] = 2
+    multistep: ClassVar[bool] = False
+    every_state: ClassVar[bool]
+
+    def formula(
+        self, rates: Rates, before: Sequence[Expression], h: Expression, order: int
+    ) -> list[Expression]:
+        """The states after a step; see :func:`exponential_step`."""
+        return exponential_step(rates, before, h, order, every_state=self.every_state)
+
+
 @description
-class RushLarsen:
+class RushLarsen(_Exponential):
     """Exponential steps of what is linear in itself (the gates), explicit ones of the rest.
 
     A gate tends to its steady state and cannot leave [0, 1]. S. Rush and H. Larsen, IEEE Trans. Biomed.
@@ -25,18 +39,11 @@ class RushLarsen:
     """
 
     substeps: Count = 1
-    order: ClassVar[int] = 2
-    multistep: ClassVar[bool] = False
-
-    def formula(
-        self, rates: Rates, before: Sequence[Expression], h: Expression, order: int
-    ) -> list[Expression]:
-        """The states after a step; see :func:`exponential_step`."""
-        return exponential_step(rates, before, h, order, every_state=False)
+    every_state: ClassVar[bool] = False
 
 
 @description
-class GeneralizedRushLarsen:
+class GeneralizedRushLarsen(_Exponential):
     """Exponential steps of all states, each linearised in itself.
 
     Of second order the step has two stages, the first of half a step: J. Sundnes, R. Artebrant, O. Skavhaug
@@ -48,14 +55,7 @@ class GeneralizedRushLarsen:
     """
 
     substeps: Count = 1
-    order: ClassVar[int] = 2
-    multistep: ClassVar[bool] = False
-
-    def formula(
-        self, rates: Rates, before: Sequence[Expression], h: Expression, order: int
-    ) -> list[Expression]:
-        """The states after a step; see :func:`exponential_step`."""
-        return exponential_step(rates, before, h, order, every_state=True)
+    every_state: ClassVar[bool] = True
 
 
 def exponential_step(

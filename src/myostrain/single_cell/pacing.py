@@ -209,27 +209,7 @@ def _integrator(membrane: Any, names: tuple[str, ...]) -> tuple[Callable[..., _P
     loop = _compiled(membrane, names)
     gates = [1 + names.index(name) for name in getattr(membrane, "gates", ())]
 
-    def compiled(
-        values: Array,
-        begin: float,
-        length: float,
-        applied: float,
-        step: float,
-        every: int,
-        watched: list[int],
-    ) -> _Phase:
-        steps, run = max(1, int(np.ceil(length / step * (1 - 1e-12)))), loop
-        h = length / steps
-        assert run is not None
-        seen, sampled, taken = run[0](values, [h, applied, *run[1]], steps, every, watched)
-        if taken < steps:
-            raise _failure(membrane, names, values, gates, begin + (taken + 1) * h)
-        times, ends = begin + length * np.arange(1, steps + 1) / steps, _samples(steps, every)
-        if len(ends) > len(sampled):
-            sampled = np.vstack([sampled, values])
-        return _Phase(seen, times, sampled, times[ends])
-
-    def adaptive(
+    def advance(
         values: Array,
         begin: float,
         length: float,
@@ -240,14 +220,22 @@ def _integrator(membrane: Any, names: tuple[str, ...]) -> tuple[Callable[..., _P
     ) -> _Phase:
         steps = max(1, int(np.ceil(length / step * (1 - 1e-12))))
         times, ends = length * np.arange(1, steps + 1) / steps, _samples(steps, every)
-        found = _by_scipy(membrane, values, applied, times, begin)
-        for end in ends:
-            if not _allowed(found[end], gates):
-                raise _failure(membrane, names, found[end], gates, begin + times[end])
-        values[:] = found[-1]
-        return _Phase(found[:, watched], begin + times, found[ends], begin + times[ends])
+        if loop is None:
+            found = _by_scipy(membrane, values, applied, times, begin)
+            for end in ends:
+                if not _allowed(found[end], gates):
+                    raise _failure(membrane, names, found[end], gates, begin + times[end])
+            values[:] = found[-1]
+            return _Phase(found[:, watched], begin + times, found[ends], begin + times[ends])
+        run, numbers = loop
+        seen, sampled, taken = run(values, [length / steps, applied, *numbers], steps, every, watched)
+        if taken < steps:
+            raise _failure(membrane, names, values, gates, begin + times[taken])
+        if len(ends) > len(sampled):
+            sampled = np.vstack([sampled, values])
+        return _Phase(seen, begin + times, sampled, begin + times[ends])
 
-    return (adaptive, False) if loop is None else (compiled, True)
+    return advance, loop is not None
 
 
 def _samples(steps: int, every: int) -> Any:
