@@ -11,12 +11,12 @@ from typing import Any
 
 from myostrain import membranes
 from myostrain.activation import ActivationLaw, NodalActivation, Proportional
+from myostrain.activation.feedback import check_well_posed, over_a_step
 from myostrain.electrics.potential import Potential
 from myostrain.errors import ComputationError, InputError
 from myostrain.history import backward_difference, extrapolation_weights
 from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.schemes import STRONG, Scheme, SecondOrder
-from myostrain.solvers.linear import largest
 from myostrain.state import FieldState, State
 from myostrain.transfer import SameMesh, Transfer
 from myostrain.validation import remembers
@@ -47,7 +47,7 @@ class Electromechanics:
         transfer: What the two meshes hand each other; a rigid body has none.
         activation: The law's states, and γ or the tension at the nodes; None for a rigid body.
         coupling_iterations: Fixed-point iterations done so far (the implicit scheme).
-        feedback: By how much J v answers to v through J, see :func:`check_well_posed`.
+        feedback: By how much J v answers to v through J, at once or within a step: measured on the law.
         displacement_lag: Largest difference so far between the body that the potential was solved on and the
             one that mechanics then found for the same time (the schemes of one pass).
 
@@ -73,6 +73,7 @@ class Electromechanics:
         self.activation: NodalActivation | None = None
         self.feedback = 0.0
         self.time, self._end = 0.0, 0.0
+        self._measured_step = 0.0  # the longest step for which the feedback is known
         self._stretches: list[tuple[float, Array]] = []
         if mechanics is not None:
             self.transfer = transfer or SameMesh(mechanics)
@@ -90,13 +91,8 @@ class Electromechanics:
                 chosen, space, self._drivers(), mechanics.yields, activity, self._units()
             )
             self._uses_stretch = "stretch" in chosen.drivers
-            self.feedback = check_well_posed(potential, mechanics, self.activation)
-        if isinstance(self.scheme, SecondOrder) and self.scheme.every > 1 and self.feedback > STRONG:
-            raise InputError(
-                f"{self.scheme.every}: J follows the potential so strongly here (−v γ′/(1 + γ) up to "
-                f"{self.feedback:.2f}, over {STRONG}) that mechanics is iterated in every step; give 1",
-                "mechanics.every",
-            )
+            if not getattr(chosen, "states", ()):
+                self._take_feedback(check_well_posed(self.activation, potential, mechanics.volume_follows))
         self.steps = 0
         self.coupling_iterations = 0
         self.displacement_lag = 0.0
@@ -123,13 +119,14 @@ class Electromechanics:
     def start(self) -> None:
         """Begin at time 0 from the initial values, with the configuration that they have."""
         self.time, self.steps, self._times = 0.0, 0, [0.0]
-        self._end = 0.0
+        self._end, self._measured_step = 0.0, 0.0
         self.coupling_iterations, self.displacement_lag = 0, 0.0
         self.potential.begin()
         if self.mechanics is not None and self.activation is not None:
             self._stretches = []
-            self.feedback = check_well_posed(self.potential, self.mechanics, self.activation)
             self.activation.start()
+            follows = self.mechanics.volume_follows
+            self._take_feedback(check_well_posed(self.activation, self.potential, follows))
             self._give_activation()
             self.mechanics.start(0.0)
             self.transfer.hand_over()
@@ -148,6 +145,8 @@ class Electromechanics:
             ComputationError: A solver failed.
         """
         was_held = self.mechanics is not None and self.mechanics.held(self.time)
+        if end - self.time > self._measured_step * (1 + 1e-6):
+            self._measure_feedback(end - self.time)
         self._end = end
         self.solves_mechanics = (self.steps + 1) % self.every == 0 if mechanics is None else mechanics
         self.scheme.advance(self, self.time, end)
@@ -171,6 +170,7 @@ class Electromechanics:
             "steps": self.steps,
             "times": self._times,
             "feedback": self.feedback,
+            "measured_step": self._measured_step,
             "coupling_iterations": self.coupling_iterations,
             "displacement_lag": self.displacement_lag,
             "stretch_times": [time for time, _ in self._stretches],
@@ -184,7 +184,7 @@ class Electromechanics:
         """Go on from a state, in place of :meth:`start` or after a failed step."""
         self.time, self.steps, self._times = state["time"], state["steps"], list(state["times"])
         self._end = self.time
-        self.feedback = state["feedback"]
+        self.feedback, self._measured_step = state["feedback"], state["measured_step"]
         self.coupling_iterations = state["coupling_iterations"]
         self.displacement_lag = state["displacement_lag"]
         fields = [field.values for field in state["stretches"]]
@@ -282,6 +282,24 @@ class Electromechanics:
             found["calcium"] = found[calcium]
         return found
 
+    def _measure_feedback(self, step: float) -> None:
+        """Measure how strongly J answers to v within a step of a law with states."""
+        self._measured_step = step
+        if self.activation is None or self.mechanics is None or not len(self.activation.states):
+            return
+        order, follows = self.scheme.order, self.mechanics.volume_follows
+        within = over_a_step(self.activation, self.potential, follows, step, order)
+        self._take_feedback(max(self.feedback, within))
+
+    def _take_feedback(self, strength: float) -> None:
+        self.feedback = strength
+        if isinstance(self.scheme, SecondOrder) and self.scheme.every > 1 and strength > STRONG:
+            raise InputError(
+                f"{self.scheme.every}: J follows the potential so strongly here (−v γ′/(1 + γ) up to "
+                f"{strength:.2f}, over {STRONG}) that mechanics is iterated in every step; give 1",
+                "mechanics.every",
+            )
+
     def _units(self) -> dict[str, str | None]:
         """Units of what may drive a law, by name."""
         membrane = getattr(self.potential, "membrane", None)
@@ -352,49 +370,3 @@ class Electromechanics:
             time=self.time,
             advice="a smaller stretch or potential.",
         )
-
-
-def check_well_posed(potential: Potential, mechanics: Mechanics, activation: NodalActivation) -> float:
-    """Refuse an activation that makes Fo singular, or the balance of the potential backward-parabolic.
-
-    With v counted from rest: where J follows 1 + γ(v) at once, ∂((1 + γ) v)/∂t = (1 + γ + v γ′) ∂v/∂t, whose
-    factor must be positive over the membrane's range: for γ = −βv and v up to 1 that is 2β < 1, stricter than
-    the paper's αβ < 1/2. A law with a time of its own does not follow v at once, and is not bound by it.
-
-    Returns:
-        The largest −v γ′/(1 + γ), by how much J v answers to v through J; zero where J does not follow.
-
-    Raises:
-        InputError: The activation is singular, or the balance ill-posed.
-    """
-    low, high = potential.range
-    v = np.linspace(low, high, 101)
-    largest_v = largest(potential.v.x.array, potential.body.comm)
-    rest, scale = potential.rest, potential.scale
-    found = activation.feedback(v, rest, scale)
-    if found is None:
-        return 0.0
-    gamma, answer = found
-    key = "activation.beta" if hasattr(activation.law, "beta") else "activation"
-    if not (1 + gamma > 0).all():
-        raise InputError(
-            f"the active deformation is singular: 1 + γ = {1 + gamma.min():.3g} for v in [{low:g}, {high:g}]",
-            key,
-        )
-    if largest_v > high and (beyond := activation.feedback(np.linspace(low, largest_v, 3), rest, scale)):
-        at_most = 1 + beyond[0][-1]
-        if not at_most > 0:
-            raise InputError(
-                f"the active deformation is singular: 1 + γ = {at_most:.3g} for v = {largest_v:.3g}",
-                "initial.potential",
-            )
-    if potential.balance != "conservative" or not mechanics.volume_follows:
-        return 0.0
-    if (np.gradient((1 + gamma) * (v - rest), v, edge_order=2) < 1e-9).any():
-        raise InputError(
-            "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v (γ = −βv needs "
-            'β < 0.5); a smaller beta, potential.balance = "advective", or on a line '
-            "mechanics.relaxation_time > 0",
-            key,
-        )
-    return float(answer.max())

@@ -283,3 +283,107 @@ def test_a_run_goes_on_from_the_states_of_a_law():
     np.testing.assert_array_equal(second.activation.states, first.activation.states)
     np.testing.assert_array_equal(second.mechanics.u.x.array, first.mechanics.u.x.array)
     assert coordinates(first.potential).shape == (21, 1)
+
+
+# How strongly a law follows the potential: measured.
+
+
+class Placed:
+    """γ = −β v with a β for each node, and a factor that the stretch gives: arrays of the nodes in a law."""
+
+    drivers = ("potential", "stretch")
+
+    def __init__(self, beta):
+        self.beta = beta
+
+    def activation(self, states, drivers):
+        return -self.beta * drivers["potential"] * drivers["stretch"]
+
+
+class Mixed:
+    """γ = −0.3 v w with a state w that has its own time: what follows v at once in it is measured too."""
+
+    drivers, states = ("potential",), ("w",)
+
+    def __init__(self, w=1.0, time=1.0, size=0.3):
+        self.w, self.time, self.size = w, time, size
+
+    def initial_states(self, drivers):
+        return (self.w,)
+
+    def advance(self, states, drivers, step):
+        return 1 + (states - 1) * np.exp(-step / self.time)
+
+    def activation(self, states, drivers):
+        return -self.size * drivers["potential"] * states[0]
+
+
+def strength(beta):
+    """β v/(1 − β v) at v = 1."""
+    return beta / (1 - beta)
+
+
+def test_the_feedback_is_measured_at_the_nodes():
+    """check_well_posed: the worst node counts, with the other drivers and states as they are."""
+    beta = np.linspace(0.1, 0.45, 6)
+    model = line(law=Placed(beta), length=5.0)
+    assert model.feedback == pytest.approx(strength(0.45), rel=1e-9)
+    with pytest.raises(ms.InputError, match="ill-posed"):
+        line(law=Placed(beta + 0.06), length=5.0)
+    model = line(law=Mixed(w=0.5), length=5.0)
+    model.start()
+    assert model.feedback == pytest.approx(strength(0.15), rel=1e-9)
+    with pytest.raises(ms.InputError, match="ill-posed"):
+        line(law=Mixed(w=2.0), length=5.0).start()
+
+
+@pytest.mark.parametrize("scheme", [ms.Staggered(), ms.SecondOrder()], ids=lambda s: type(s).__name__)
+def test_the_feedback_within_a_step_is_measured(scheme):
+    """over_a_step: of β, what the state takes over in a step; with drivers at its middle half of the change.
+
+    A law that is fast beside the step is iterated as one that follows at once.
+    """
+    for rise, step in ((1e-2, 1e-3), (1e-2, 4e-3), (1e-6, 1e-3)):
+        law = Relaxing(beta=0.4, rise=rise, fall=rise)
+        model = line(scheme, law=law, length=5.0, initial=lambda X: 0 * X)
+        model.start()
+        assert model.feedback == 0.0
+        model.step(step)
+        taken = 0.4 * (1 - np.exp(-step / rise)) / scheme.order
+        assert model.feedback == pytest.approx(strength(taken), rel=1e-6)
+    assert line(law=Relaxing(beta=0.6), length=5.0, balance="advective").feedback == 0.0
+
+
+def test_a_fast_law_is_iterated_and_says_so_to_mechanics_every_few_steps():
+    """Electromechanics: where J follows strongly within a step, mechanics every few steps is refused."""
+    law = Relaxing(beta=0.45, rise=1e-6, fall=1e-6)
+    model = line(ms.Staggered(), law=law, length=5.0)
+    model.start()
+    model.step(1e-3)
+    assert model.feedback > 0.66
+    fast = Mixed(w=1.0, size=0.42)
+    iterated = line(ms.SecondOrder(), law=fast, length=5.0)
+    iterated.start()
+    iterated.step(1e-3)
+    assert iterated.coupling_iterations > 1
+    with pytest.raises(ms.InputError, match="J follows the potential so strongly") as caught:
+        line(ms.SecondOrder(every=2), law=fast, length=5.0).start()
+    assert caught.value.key == "mechanics.every"
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        lambda d: function(d) * d["time"],
+        lambda d: np.ones(6) * function(d),
+        lambda d: function(d) * np.ones(6),
+        lambda d: [[function(d)] * 6],
+        lambda d: np.where(np.ones(6) > 0, function(d), 0.0),
+        lambda d: fem.Constant(function(d).function_space.mesh, 1.0),
+        lambda d: np.sum(np.ones(6) * symbolic(d)),
+    ],
+)
+def test_nothing_of_ufl_makes_a_start_hang(given):
+    """ "no evaluation of a user's law that can hang": UFL in arrays, lists, products is refused at once."""
+    with pytest.raises(ms.InputError, match=r"of UFL.*in NumPy|no array of real numbers"):
+        line(law=Law(("time",), given), length=5.0).start()

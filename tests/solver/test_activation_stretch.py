@@ -188,7 +188,7 @@ class Sudden:
         self.bad, self.when = bad, when
 
     def activation(self, states, drivers):
-        gamma = -0.1 * np.ones_like(drivers["potential"])
+        gamma = -0.1 * np.ones_like(drivers[self.drivers[1]])
         if drivers["time"] >= self.when:
             gamma[2] = self.bad
         return gamma
@@ -197,8 +197,12 @@ class Sudden:
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_what_is_not_finite_is_found_where_it_is(bad):
     """NodalActivation: at the start it is the input, in a step the computation; both name the place."""
+    with pytest.raises(ms.InputError, match="not finite where the potential is 0"):
+        on_a_line(Sudden(bad, 0.0))
+    unmeasured = Sudden(bad, 0.0)
+    unmeasured.drivers = ("time", "recovery")
     with pytest.raises(ms.InputError, match=rf"Sudden gives what is not finite near \[2.0\]: strain = {bad}"):
-        on_a_line(Sudden(bad, 0.0)).start()
+        on_a_line(unmeasured).start()
     model = on_a_line(Sudden(bad, 2e-3))
     model.start()
     model.step(1e-3)

@@ -7,7 +7,7 @@ from typing import Any
 
 from myostrain.activation.checks import KEY, called, check_law, plain, unit_scales
 from myostrain.activation.contracts import ActivationLaw, Array, Drivers, Yield
-from myostrain.engine import MPI, fem, lasting
+from myostrain.engine import fem, lasting
 from myostrain.errors import ComputationError, InputError
 from myostrain.state import FieldState, State
 
@@ -78,7 +78,7 @@ class NodalActivation:
                 )
             for state, value in zip(self.states, found, strict=True):
                 state[:] = self._array(value, (self._size,), "initial_states", single=True)
-        self._evaluate(drivers)
+        self.values = self._yielded(self.states, drivers)
         if said := self._not_finite():
             raise InputError(said, KEY)
         self.accept()
@@ -94,53 +94,55 @@ class NodalActivation:
             ComputationError: What the law gives is not finite.
         """
         after = self.drivers()
-        if self._own:
-            during = after
-            if order == 2:
-                during = {name: (value + self._accepted_drivers[name]) / 2 for name, value in after.items()}
-            length = step * self._scales.get("time", 1.0)
-            found = called(self.law, "advance", self._accepted, during, length)
-            self.states = self._array(found, self.states.shape, "advance")
-        self._evaluate(after)
+        self.states = self._advanced(after, step, order)
+        self.values = self._yielded(self.states, after)
         if said := self._not_finite():
             raise ComputationError(said, advice="a smaller time step, or other parameters of the law.")
 
     def update(self) -> None:
         """Evaluate for the present drivers, without a step of time."""
-        self._evaluate(self.drivers())
+        self.values = self._yielded(self.states, self.drivers())
 
-    def feedback(
-        self, potentials: Array, rest: float = 0.0, scale: float = 1.0
-    ) -> tuple[Array, Array] | None:
-        """γ over potentials, and how strongly J = 1 + γ answers to v: −(v − rest) γ′/(1 + γ), each (n,).
+    @property
+    def answers(self) -> bool:
+        """Whether it yields γ and the potential is among what drives it."""
+        return self.yields == "strain" and bool({"potential", "excitation"} & set(self.law.drivers))
 
-        The excitation is (v − rest)/scale.
+    def at_potential(self, potential: float, excitation: float, step: float = 0.0, order: int = 1) -> Array:
+        """γ (nodes,) if the whole body had this potential, and all else that drives the law as it is.
 
-        None for a law that does not follow the potential at once: one with states, with other drivers, or
-        that yields a tension. Only there does the balance of J v change its kind with γ. The largest factor
-        counts.
+        Args:
+            potential: The potential.
+            excitation: The same as excitation.
+            step: Length of a step that ends with it; 0: the states are the present ones.
+            order: Of that step, as in :meth:`advance`.
         """
-        known = {"potential": potentials, "excitation": (potentials - rest) / scale}
-        drivers = tuple(self.law.drivers)
-        if self._own or not drivers or not set(drivers) <= set(known) or self.yields != "strain":
-            return None
-        none = np.zeros((0, len(potentials)))
-        given = called(self.law, "activation", none, {name: known[name] for name in drivers})
-        found = self._array(given, potentials.shape, "activation", single=True)
-        most = lasting(self._space.mesh.comm).allreduce(float(np.max(self._factor)), op=MPI.MAX)
-        gamma = most * found
-        with np.errstate(divide="ignore", invalid="ignore"):
-            answer = -(potentials - rest) * np.gradient(gamma, potentials, edge_order=2) / (1 + gamma)
-        return gamma, answer
+        given = {"potential": potential * self._scales.get("potential", 1.0), "excitation": excitation}
+        drivers = self.drivers()
+        drivers |= {name: np.full(self._size, given[name]) for name in given.keys() & drivers.keys()}
+        states = self._advanced(drivers, step, order) if step else self.states
+        return self._yielded(states, drivers)
 
     @property
     def yields(self) -> str:
         """What the law yields, "strain" or "tension"."""
         return str(getattr(self.law, "yields", "strain"))
 
-    def _evaluate(self, drivers: Drivers) -> None:
-        found = called(self.law, "activation", self.states, drivers)
-        self.values = self._array(found, (self._size,), "activation", single=True) * self._factor
+    def _advanced(self, after: Drivers, step: float, order: int) -> Array:
+        """The states (states, nodes) a step after the accepted ones, for the drivers at its end."""
+        if not self._own:
+            return self.states
+        during = after
+        if order == 2:
+            during = {name: (value + self._accepted_drivers[name]) / 2 for name, value in after.items()}
+        length = step * self._scales.get("time", 1.0)
+        found = called(self.law, "advance", self._accepted, during, length)
+        return self._array(found, self.states.shape, "advance")
+
+    def _yielded(self, states: Array, drivers: Drivers) -> Array:
+        """γ or the tension (nodes,)."""
+        found = called(self.law, "activation", states, drivers)
+        return self._array(found, (self._size,), "activation", single=True) * self._factor
 
     def _not_finite(self) -> str:
         """Where states or values are no finite numbers, in words; empty if all are (collective)."""

@@ -22,7 +22,7 @@ from myostrain.state import FieldState, State
 import numpy as np
 
 #: First line of every checkpoint: what it is, and the version of its format.
-FORMAT = "myostrain checkpoint 2"
+FORMAT = "myostrain checkpoint 3"
 
 #: Names of the files.
 NAMES = re.compile(r"step-\d{9,}\.ckpt")
