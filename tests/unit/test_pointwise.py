@@ -1,8 +1,11 @@
 """Pointwise formulas: what is traced, differentiated and compiled is what NumPy computes."""
 
+import platform
+
 import myostrain as ms
 from myostrain.membranes import reaction, tracing
-from myostrain.pointwise import Graph, Program, Untraceable, compiler, derivative
+from myostrain.pointwise import Graph, Program, Untraceable, compiler, derivative, quotient_of_factors
+from myostrain.pointwise.divisions import with_few_divisions
 
 import numpy as np
 import pytest
@@ -78,6 +81,31 @@ def test_functions_are_those_of_numpy(name, runs):
     found, program = evaluated(function, x)
     assert program.compiled == runs
     np.testing.assert_allclose(found, function(x), rtol=2e-15, atol=1e-300 if name != "tan" else 1e-15)
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="the flags are those of x86")
+@pytest.mark.parametrize("flag", ["-mno-avx512f", "-mno-avx"])
+def test_functions_on_processors_with_narrower_vectors(flag, monkeypatch):
+    """Vectors of eight, four and two numbers have code of their own."""
+    monkeypatch.setenv("CC", f"gcc {flag}")
+    compiler.compiler.cache_clear()
+    graph = Graph()
+    x, y = graph.input("x"), graph.input("y")
+    names = [name for name, (_, sample) in FUNCTIONS.items() if sample is UNIT]
+    formulas = [FUNCTIONS[name][0] for name in names] + [np.exp, np.expm1, np.tanh, np.cosh, np.log, np.sqrt]
+    given = [x] * len(names) + [y] * 6
+    outputs = [graph.lift(formula(z)) for formula, z in zip(formulas, given, strict=True)]
+    program = Program([x, y], [], [*outputs, (x < 0.5) | (y > 0.0)])
+    monkeypatch.undo()
+    compiler.compiler.cache_clear()
+    assert program.compiled
+    values = [UNIT, np.exp(RNG.uniform(-6, 6, N))]
+    found = [np.empty(N) for _ in outputs]
+    assert program(values, [], found) == -1
+    for formula, z, out in zip(formulas, given, found, strict=True):
+        np.testing.assert_allclose(out, formula(values[z is y]), rtol=2e-15, atol=1e-15)
+    values[0][N - 2], values[1][N - 2] = 0.7, np.nan
+    assert program(values, [], found) == N - 2
 
 
 @COMPILERS
@@ -161,6 +189,27 @@ def test_formulas_are_written_once():
     assert x * 2.0 + 1 is 1 + 2 * x
     assert (x - x).is_number(0)
     assert x**2 is x * x
+
+
+def test_quotients_of_one_divisor_share_its_reciprocal():
+    """Divisions of what is the same at all nodes are none at the nodes; one that is alone stays exact."""
+    graph = Graph()
+    x, y, c = graph.input("x"), graph.input("y"), graph.input("c", varies=False)
+    alone, *shared = with_few_divisions([x / (1 + y), x / y, 2 / y, x / c])
+    assert alone is x / (1 + y)
+    for found, (above, below) in zip(shared, ((x, y), (2.0, y), (x, c)), strict=True):
+        assert found is above * (1 / below)
+
+
+def test_a_quotient_of_products_is_found_without_division():
+    """The rate of a gate over its derivative is its distance from the steady state."""
+    graph = Graph()
+    s, v, c = (graph.input(name) for name in "svc")
+    for speed in (np.exp(v), c / (1 + v), 0.3 * np.exp(v) / c, 1 / (c * v)):
+        rate = (v - s) * speed
+        assert quotient_of_factors(rate, derivative(rate, s)) is -(v - s)
+    assert quotient_of_factors(rate, 2.0 * speed) is None
+    assert quotient_of_factors((1 - s * v) * c, -v * c) is None
 
 
 def test_a_compiler_that_fails_is_said_and_done_without(monkeypatch, tmp_path, caplog):

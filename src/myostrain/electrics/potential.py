@@ -9,7 +9,6 @@ from myostrain.electrics.diffusion import Diffusion, Mass
 from myostrain.electrics.initial_values import InitialValues
 from myostrain.electrics.past import Past, fields, values_of
 from myostrain.electrics.stimulus import Applied, AppliedRates, Source
-from myostrain.electrics.stretch_current import StretchCurrent, StretchCurrents
 from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import ComputationError, InputError
 from myostrain.geometry import Body
@@ -72,7 +71,6 @@ class Potential:
             linearly implicit for one without.
         initial: Initial values in places; later ones win.
         stimuli: Rates that are applied in places over times.
-        stretch_currents: Currents that the stretch of the body opens; they add up.
         source: Applied rate of v, a function of points (n, dim) and time that gives (n,); None for none.
         options: PETSc options of the linear solver.
 
@@ -101,7 +99,6 @@ class Potential:
         integrator: Integrator | None = None,
         initial: Sequence[InitialValues] = (),
         stimuli: Sequence[Applied] = (),
-        stretch_currents: Sequence[StretchCurrent] = (),
         source: Source | None = None,
         options: Options | None = None,
         **former: Any,
@@ -134,7 +131,6 @@ class Potential:
         self.seconds = 0.0
         seen = deformation or Deformation(ufl.Identity(body.dim))
         self._diffusion = Diffusion(body, space, seen, self.diffusivity, mass)
-        self._stretch = StretchCurrents(stretch_currents, body, space, deformation, membrane)
         self._b = fem.Function(space)
         self._reaction = Reaction(membrane, integrator, comm=lasting(body.comm))
         self.rest = float(membrane.resting_potential())
@@ -259,9 +255,8 @@ class Potential:
 
     @timed
     def update_deformation(self) -> None:
-        """Assemble diffusion, volume ratio and stretch on the present deformation."""
+        """Assemble diffusion and volume ratio on the present deformation."""
         self._diffusion.update()
-        self._stretch.update()
         self._count()
 
     def _count(self) -> None:
@@ -293,7 +288,6 @@ class Potential:
         room = self.past.room(self._states)
         self._states, current, slope, bad = self._reaction.solve(guess, self._states, step, room)
         self._refuse(bad, end)
-        current, slope = self._stretch.added(guess, current, slope)
         if (applied := self._applied.rate([end, *self.past.times], weights)) is not None:
             current = current - applied
         implicit = self.ratio * self.weight * slope

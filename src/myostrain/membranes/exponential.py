@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
-from myostrain.pointwise import Expression, derivative
+from myostrain.pointwise import Expression, derivative, quotient_of_factors
 from myostrain.validation import Count, description
 
 import numpy as np
@@ -86,10 +86,9 @@ def exponential_step(
             found.append(s + h * f)
             continue
         # e^(a h) − 1 of the half step's, where a is the same in both: for gates.
-        whole = None
-        if grown is not None and grown[0] is a:
-            whole = grown[1] * (grown[1] + 2.0)
-        found.append(s + _exponential_increment(f + a * (s - m), a, h, whole))
+        same = grown is not None and grown[0] is a
+        whole = grown[1] * (grown[1] + 2.0) if grown is not None and same else np.expm1(a * h)
+        found.append(s + _exponential_increment(f, a, h, whole, s - m))
     return found
 
 
@@ -115,9 +114,14 @@ def _exponential(a: Expression, s: Expression, every_state: bool) -> bool:
     return every_state or s.index not in {node.index for node in a.graph.needed([a])}
 
 
-def _exponential_increment(f: Any, a: Expression, h: Expression, grown: Any = None) -> Any:
-    """h f φ(a h), which is h f where a h vanishes."""
-    grown = np.expm1(a * h) if grown is None else grown
+def _exponential_increment(f: Any, a: Expression, h: Expression, grown: Any, back: Any = 0.0) -> Any:
+    """h (f + a · back) φ(a h) with ``grown`` = e^(a h) − 1; where a h vanishes it is h (f + a · back).
+
+    A gate's rate is (s₀ − s) times a speed −a: then nothing is divided.
+    """
+    if (quotient := quotient_of_factors(f, a)) is not None:
+        return (quotient + back) * grown
+    f = f + a * back
     small = (a * h < 1e-12) & (a * h > -1e-12)
     where: Any = np.where
     return where(small, h * f, f / where(small, 1.0, a) * grown)

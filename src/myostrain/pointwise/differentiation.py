@@ -49,7 +49,7 @@ def _chain(node: Expression, d: list[Expression]) -> Expression:
         case "mul":
             value = d[0] * b + a * d[1]
         case "div":
-            value = d[0] / b - node * (d[1] / b)
+            value = (d[0] - node * d[1]) / b
         case "neg":
             value = -d[0]
         case "pow":

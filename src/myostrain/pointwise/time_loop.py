@@ -20,26 +20,27 @@ Array = npt.NDArray[np.float64]
 _ADVANCE = """
 long advance(long steps, long every, const double *numbers, double *values, long watched_count,
              const long *watched, double *seen, double *sampled)
-{{
-  const double *from[{count}];
-  double *to[{count}];
-  for (int k = 0; k < {count}; ++k) {{ from[k] = values + k; to[k] = values + k; }}
-#ifdef __SSE2__
-  const unsigned saved = _mm_getcsr();
-  _mm_setcsr(saved | 0x8040);
-#endif
+{
+  double fixed[FIXED + 1], state[INPUTS + 1][LANES];
+  double *at[INPUTS + 1];
+  for (int k = 0; k < INPUTS; ++k) {
+    at[k] = state[k];
+    for (int l = 0; l < LANES; ++l) state[k][l] = values[k];
+  }
+  const unsigned modes = without_tiny();
+  prepare(numbers, fixed);
   long step = 0;
-  for (; step < steps; ++step) {{
-    if (block(from, numbers, to) >= 0) break;
+  for (; step < steps; ++step) {
+    const long wrong = first_false(block((const double *const *)at, fixed, at, 0));
+    for (int k = 0; k < INPUTS; ++k) values[k] = state[k][0];
+    if (wrong >= 0) break;
     for (long w = 0; w < watched_count; ++w) seen[step*watched_count + w] = values[watched[w]];
     if ((step + 1) % every == 0)
-      memcpy(sampled + ((step + 1)/every - 1)*{count}, values, {count}*sizeof(double));
-  }}
-#ifdef __SSE2__
-  _mm_setcsr(saved);
-#endif
+      memcpy(sampled + ((step + 1)/every - 1)*INPUTS, values, INPUTS*sizeof(double));
+  }
+  with_modes(modes);
   return step;
-}}
+}
 """
 
 _POINTER = ctypes.POINTER(ctypes.c_double)
@@ -66,7 +67,7 @@ class TimeLoop:
         comm: Any = MPI.COMM_SELF,
     ) -> None:
         self._size = len(inputs)
-        source = c_source(inputs, scalars, outputs, width=1) + _ADVANCE.format(count=len(inputs))
+        source = c_source(inputs, scalars, outputs) + _ADVANCE
         found = library(source, comm)
         self.compiled = found is not None
         if found is not None:
