@@ -16,7 +16,7 @@ from pathlib import Path
 from myostrain import activation
 from myostrain.case import sections as case
 from myostrain.electrics import given_potential as drive
-from myostrain.electrics import initial_values, place, potential, stimulus
+from myostrain.electrics import initial_values, place, potential, stimulus, stretch_current
 from myostrain.mechanics import equilibrium as mechanics
 from myostrain.mechanics import imposed_stretch
 from myostrain.output import tips
@@ -68,6 +68,9 @@ def reference() -> str:
         "cell": [
             choice("model", case.CELLS, "FitzHughNagumo"),
             keys(case.CellSection),
+            "### `stretch_current = { ... }`",
+            keys(stretch_current.StretchCurrent, intro=True, without=("where",)),
+            "It may have the keys of a place, those of `[initial]`. Several are `[[cell.stretch_current]]`.",
             *variants("model", case.CELLS),
         ],
         "potential": [keys(case.PotentialSection)],

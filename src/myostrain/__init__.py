@@ -20,7 +20,15 @@ if TYPE_CHECKING:
     from myostrain.case.case import Case
     from myostrain.case.running import run_case
     from myostrain.coupling import Electromechanics
-    from myostrain.electrics import Drive, GivenPotential, InitialValues, Place, Potential, Stimulus
+    from myostrain.electrics import (
+        Drive,
+        GivenPotential,
+        InitialValues,
+        Place,
+        Potential,
+        Stimulus,
+        StretchCurrent,
+    )
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
     from myostrain.mechanics import ImposedStretch, Loads, Mechanics, Supports
@@ -54,6 +62,7 @@ __all__ = [
     "Simulation",
     "Staggered",
     "Stimulus",
+    "StretchCurrent",
     "Supports",
     "Tip",
     "UniformFibres",
@@ -73,7 +82,15 @@ _MODULES = {
     "case.case": ("Case",),
     "case.running": ("run_case",),
     "coupling": ("Electromechanics",),
-    "electrics": ("Drive", "GivenPotential", "InitialValues", "Place", "Potential", "Stimulus"),
+    "electrics": (
+        "Drive",
+        "GivenPotential",
+        "InitialValues",
+        "Place",
+        "Potential",
+        "Stimulus",
+        "StretchCurrent",
+    ),
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),
     "mechanics": ("ImposedStretch", "Loads", "Mechanics", "Supports"),

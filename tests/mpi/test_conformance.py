@@ -104,6 +104,10 @@ def exported():
             every = REMOVED if name == "implicit" else 1
             scheme = {"time.scheme": name, "mechanics.every": every, "potential.balance": balance}
             found[f"scheme {name} {balance}"] = changed(line, {**scheme, "potential.mass": "averaged"})
+    stretched = {"conductance": 20.0, "measure": "fibre", "center": [10.0, 12.0], "radius": 6.0}
+    found["stretch current"] = changed(
+        SHEET, {"cell.stretch_current": stretched, "mechanics.fixed": ["boundary"], **short}
+    )
     for constraint in ("total", "elastic"):
         sheet = changed(SHEET, {"time.end": 4e-3, "mechanics.constraint": constraint, **short})
         for name in ("plane-stress", "plane-strain"):

@@ -54,6 +54,7 @@ CASES = {
         SHEET,
         {"potential.refinement": 1, "mechanics.constraint": "elastic", "time.scheme": "implicit"},
     ),
+    "stretched": (SHEET, {"cell.stretch_current": {"conductance": 50.0}, "mechanics.every": 4}),
     "calcium": (
         LINE,
         {

@@ -76,6 +76,7 @@ def _potential(case: Any, body: geometry.Body, deformation: Any) -> Potential:
         integrator=case.beginning.integrates(case.cell),
         initial=case.initial,
         stimuli=case.stimuli,
+        stretch_currents=case.stretch_currents,
         options=case.solver.get("potential"),
     )
 

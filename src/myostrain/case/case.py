@@ -19,6 +19,7 @@ from myostrain.case.parsing import (
     make_placed,
     make_points,
     make_solver,
+    make_stretch_currents,
     pick,
     plain,
     word,
@@ -45,7 +46,7 @@ from myostrain.case.sections import (
     UnitsSection,
 )
 from myostrain.coupling import Electromechanics
-from myostrain.electrics import Drive, InitialValues, Stimulus
+from myostrain.electrics import Drive, InitialValues, Stimulus, StretchCurrent
 from myostrain.engine import MPI
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.mechanics import ImposedStretch
@@ -74,6 +75,7 @@ class Case:
     fibres: Any
     cell: Any
     beginning: CellSection
+    stretch_currents: tuple[StretchCurrent, ...]
     potential: PotentialSection
     initial: tuple[InitialValues, ...]
     stimuli: tuple[Stimulus, ...]
@@ -173,6 +175,7 @@ class Case:
         beginning = _take(part["cell"], CellSection)
         if isinstance(beginning.get("initial"), str):
             beginning["initial"] = _whole(folder, beginning["initial"], "cell.initial")
+        stretched = part["cell"].pop("stretch_current", ())
         law = pick(part["activation"], "activation.law", LAWS, "proportional")
         tension = getattr(law, "yields", "strain") == "tension"
         if tension and "deformation" in part["activation"]:
@@ -215,7 +218,7 @@ class Case:
                 model,
                 getattr(model, "gathered", dict)(part["cell"]),
                 "cell",
-                also=("model", *(f.name for f in dataclasses.fields(CellSection))),
+                also=("model", "stretch_current", *(f.name for f in dataclasses.fields(CellSection))),
             ),
             "beginning": make(CellSection, beginning, "cell"),
             "potential": make(PotentialSection, part["potential"], "potential"),
@@ -253,6 +256,7 @@ class Case:
             "output": make(OutputSection, part["output"], "output"),
             "solver": make_solver(part["solver"]),
         }
+        made["stretch_currents"] = make_stretch_currents(stretched, made["cell"], None if rigid else kin.dim)
         if made["output"].tip is not None and not rigid and kin.dim != 2:
             raise InputError("tips are found on sheets; leave it out", "output.tip")
         if made["mechanics"].ellipticity == "warn" and not rigid and kin.dim < 3:
@@ -331,10 +335,16 @@ def _whole(folder: Path, path: str, key: str) -> str:
         raise InputError(f"{shown(path)} is no path: {error}", key) from error
 
 
+def _stretched(made: Mapping[str, Any]) -> dict[str, Any]:
+    """The stretch-activated currents, as a key of [cell]."""
+    return {"stretch_current": _placed(made["stretch_currents"])} if made["stretch_currents"] else {}
+
+
 def _placed(things: Sequence[Any]) -> Any:
     """Tables of things in places; one table for one thing."""
     tables = [
-        {**plain(thing.where), **{k: v for k, v in plain(thing).items() if k != "where"}} for thing in things
+        {**(plain(thing.where) or {}), **{k: v for k, v in plain(thing).items() if k != "where"}}
+        for thing in things
     ]
     return tables[0] if len(tables) == 1 else tables
 
@@ -349,7 +359,12 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
         "units": plain(made["units"]),
         "geometry": {"kind": word(made["geometry"], GEOMETRIES), **plain(made["geometry"])},
         "fibres": {"kind": word(fibres, FIBRES), **plain(fibres)} if fibres is not None else None,
-        "cell": {"model": word(made["cell"], CELLS), **plain(made["cell"]), **plain(made["beginning"])}
+        "cell": {
+            "model": word(made["cell"], CELLS),
+            **plain(made["cell"]),
+            **plain(made["beginning"]),
+            **_stretched(made),
+        }
         if solved
         else None,
         "potential": plain(made["potential"]) if solved else None,

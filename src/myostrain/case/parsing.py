@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from myostrain.electrics import Place
+from myostrain.electrics import Place, StretchCurrent
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.solvers.options import check_options
 from myostrain.validation import Finite, InvalidDescription, plain_words
@@ -82,6 +82,33 @@ def make_placed(cls: Any, given: Any, section: str) -> tuple[Any, ...]:
         where = make(Place, {k: v for k, v in table.items() if k in places}, key)
         others = {k: v for k, v in table.items() if k not in places}
         made.append(make(cls, {**others, "where": where}, key))
+    return tuple(made)
+
+
+def make_stretch_currents(given: Any, membrane: Any, dim: int | None) -> tuple[StretchCurrent, ...]:
+    """Make the stretch-activated currents of a cell: one table, or several, each with a place or without.
+
+    Args:
+        given: What the case says.
+        membrane: The membrane, whose units say what is left out.
+        dim: Dimension of the body; None of a rigid one.
+    """
+    key = "cell.stretch_current"
+    tables = [given] if isinstance(given, Mapping) else given
+    if not isinstance(tables, (list, tuple)) or not all(isinstance(table, Mapping) for table in tables):
+        raise InputError("give a table, such as { conductance = 0.5 }, or a list of them", key)
+    if tables and dim is None:
+        raise InputError("a rigid body is not stretched: leave it out", key)
+    places = {f.name for f in dataclasses.fields(Place)}
+    made: list[StretchCurrent] = []
+    for number, table in enumerate(tables, start=1):
+        at = key if len(tables) == 1 else f"{key}.{number}"
+        if places & table.keys():
+            (current,) = make_placed(StretchCurrent, table, at)
+        else:
+            also = tuple(sorted(places))
+            current = make(StretchCurrent, table, at, also)
+        made.append(current.fitting(membrane, dim))
     return tuple(made)
 
 

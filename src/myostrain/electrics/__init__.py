@@ -5,5 +5,6 @@ from myostrain.electrics.initial_values import InitialValues
 from myostrain.electrics.place import Place
 from myostrain.electrics.potential import Potential
 from myostrain.electrics.stimulus import Stimulus
+from myostrain.electrics.stretch_current import StretchCurrent
 
-__all__ = ["Drive", "GivenPotential", "InitialValues", "Place", "Potential", "Stimulus"]
+__all__ = ["Drive", "GivenPotential", "InitialValues", "Place", "Potential", "Stimulus", "StretchCurrent"]

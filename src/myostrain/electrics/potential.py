@@ -9,6 +9,7 @@ from myostrain.electrics.diffusion import Diffusion, Mass
 from myostrain.electrics.initial_values import InitialValues
 from myostrain.electrics.past import Past, fields, values_of
 from myostrain.electrics.stimulus import Applied, AppliedRates, Source
+from myostrain.electrics.stretch_current import StretchCurrent, StretchCurrents
 from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import ComputationError, InputError
 from myostrain.geometry import Body
@@ -71,6 +72,7 @@ class Potential:
             linearly implicit for one without.
         initial: Initial values in places; later ones win.
         stimuli: Rates that are applied in places over times.
+        stretch_currents: Currents that the stretch of the body opens; they add up.
         source: Applied rate of v, a function of points (n, dim) and time that gives (n,); None for none.
         options: PETSc options of the linear solver.
 
@@ -99,6 +101,7 @@ class Potential:
         integrator: Integrator | None = None,
         initial: Sequence[InitialValues] = (),
         stimuli: Sequence[Applied] = (),
+        stretch_currents: Sequence[StretchCurrent] = (),
         source: Source | None = None,
         options: Options | None = None,
         **former: Any,
@@ -131,6 +134,7 @@ class Potential:
         self.seconds = 0.0
         seen = deformation or Deformation(ufl.Identity(body.dim))
         self._diffusion = Diffusion(body, space, seen, self.diffusivity, mass)
+        self._stretch = StretchCurrents(stretch_currents, body, space, deformation, membrane)
         self._b = fem.Function(space)
         self._reaction = Reaction(membrane, integrator, comm=lasting(body.comm))
         self.rest = float(membrane.resting_potential())
@@ -255,8 +259,9 @@ class Potential:
 
     @timed
     def update_deformation(self) -> None:
-        """Assemble diffusion and volume ratio on the present deformation."""
+        """Assemble diffusion, volume ratio and stretch on the present deformation."""
         self._diffusion.update()
+        self._stretch.update()
         self._count()
 
     def _count(self) -> None:
@@ -288,6 +293,7 @@ class Potential:
         room = self.past.room(self._states)
         self._states, current, slope, bad = self._reaction.solve(guess, self._states, step, room)
         self._refuse(bad, end)
+        current, slope = self._stretch.added(guess, current, slope)
         if (applied := self._applied.rate([end, *self.past.times], weights)) is not None:
             current = current - applied
         implicit = self.ratio * self.weight * slope
