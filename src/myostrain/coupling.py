@@ -16,8 +16,10 @@ from myostrain.electrics.potential import Potential
 from myostrain.errors import ComputationError, InputError
 from myostrain.history import backward_difference, extrapolation_weights
 from myostrain.mechanics.equilibrium import Mechanics
-from myostrain.schemes import STRONG, Scheme, SecondOrder
-from myostrain.state import FieldState, State
+from myostrain.mechanics.seen_stretch import SeenStretch
+from myostrain.schemes import SETTLED, STRONG, Scheme, SecondOrder
+from myostrain.solvers.linear import largest
+from myostrain.state import State
 from myostrain.transfer import SameMesh, Transfer
 from myostrain.validation import remembers
 
@@ -50,6 +52,7 @@ class Electromechanics:
         feedback: By how much J v answers to v through J, at once or within a step: measured on the law.
         displacement_lag: Largest difference so far between the body that the potential was solved on and the
             one that mechanics then found for the same time (the schemes of one pass).
+        stretch_lag: The same of the stretch that the law saw; zero for a law that sees none.
 
     Raises:
         InputError: The law is none, or does not fit the mechanics; it makes Fo singular, or the conservative
@@ -74,7 +77,6 @@ class Electromechanics:
         self.feedback = 0.0
         self.time, self._end = 0.0, 0.0
         self._measured_step = 0.0  # the longest step for which the feedback is known
-        self._stretches: list[tuple[float, Array]] = []
         if mechanics is not None:
             self.transfer = transfer or SameMesh(mechanics)
             if potential.v.function_space.mesh is not self.transfer.mesh:
@@ -91,11 +93,13 @@ class Electromechanics:
                 chosen, space, self._drivers(), mechanics.yields, activity, self._units()
             )
             self._uses_stretch = "stretch" in chosen.drivers
+            self._uses_states = bool({"calcium", *potential.state_names} & {*chosen.drivers})
+            self._seen = SeenStretch(space)
             if not getattr(chosen, "states", ()):
                 self._take_feedback(check_well_posed(self.activation, potential, mechanics.volume_follows))
         self.steps = 0
         self.coupling_iterations = 0
-        self.displacement_lag = 0.0
+        self.displacement_lag, self.stretch_lag = 0.0, 0.0
         self._times: list[float] = []
 
     def __repr__(self) -> str:
@@ -120,10 +124,10 @@ class Electromechanics:
         """Begin at time 0 from the initial values, with the configuration that they have."""
         self.time, self.steps, self._times = 0.0, 0, [0.0]
         self._end, self._measured_step = 0.0, 0.0
-        self.coupling_iterations, self.displacement_lag = 0, 0.0
+        self.coupling_iterations, self.displacement_lag, self.stretch_lag = 0, 0.0, 0.0
         self.potential.begin()
         if self.mechanics is not None and self.activation is not None:
-            self._stretches = []
+            self._seen.clear()
             self.activation.start()
             follows = self.mechanics.volume_follows
             self._take_feedback(check_well_posed(self.activation, self.potential, follows))
@@ -164,7 +168,6 @@ class Electromechanics:
 
     def state(self) -> State:
         """What the next step needs, without copies of what no step changes in place."""
-        space = self.potential.v.function_space
         return {
             "time": self.time,
             "steps": self.steps,
@@ -173,8 +176,8 @@ class Electromechanics:
             "measured_step": self._measured_step,
             "coupling_iterations": self.coupling_iterations,
             "displacement_lag": self.displacement_lag,
-            "stretch_times": [time for time, _ in self._stretches],
-            "stretches": [FieldState(space, stretch) for _, stretch in self._stretches],
+            "stretch_lag": self.stretch_lag,
+            "stretch": None if self.mechanics is None else self._seen.state(),
             "activation": None if self.activation is None else self.activation.state(),
             "mechanics": None if self.mechanics is None else self.mechanics.state(),
             "potential": self.potential.state(),
@@ -186,10 +189,9 @@ class Electromechanics:
         self._end = self.time
         self.feedback, self._measured_step = state["feedback"], state["measured_step"]
         self.coupling_iterations = state["coupling_iterations"]
-        self.displacement_lag = state["displacement_lag"]
-        fields = [field.values for field in state["stretches"]]
-        self._stretches = list(zip(state["stretch_times"], fields, strict=True))
+        self.displacement_lag, self.stretch_lag = state["displacement_lag"], state["stretch_lag"]
         if self.mechanics is not None and self.activation is not None:
+            self._seen.restore(state["stretch"])
             self.mechanics.restore(state["mechanics"])
             self.activation.restore(state["activation"])
             self.transfer.hand_over()
@@ -225,19 +227,34 @@ class Electromechanics:
         if not held:
             self.displacement_lag = max(self.displacement_lag, self.mechanics.lag(end, handed_over))
         self.mechanics.accept(end)
-        self._keep_stretch(end)
+        if self._uses_stretch:
+            found = self._stretch()
+            self.stretch_lag = max(self.stretch_lag, self._seen.lag(end, self.scheme.order, found))
+            self._seen.keep(end, found)
 
-    def iterate_mechanics(self, start: float, end: float, order: int, first: bool) -> None:
-        """Solve mechanics for an iterate of the activation, and hand it over, without accepting it."""
+    def iterate_mechanics(self, start: float, end: float, order: int, first: bool) -> float:
+        """Solve mechanics for an iterate of the activation, and hand it over, without accepting it.
+
+        Returns:
+            The largest change of the stretch that the law has seen, and of γ or the tension (of its largest)
+            by what else drives it than the potential; zero where nothing does.
+        """
         assert self.mechanics is not None
+        assert self.activation is not None
+        before, moved = self.activation.values, 0.0
         self.advance_activation(start, end, order)
+        if self._uses_states:
+            values = self.activation.values
+            comm = self.potential.body.comm
+            moved = np.inf if first else largest(values - before, comm) / max(1.0, largest(values, comm))
         self._give_activation()
         self.mechanics.solve(end, predict=first, order=order, held=self.mechanics.held(start))
         self.mechanics.hand_over_present()
         self.update_deformation()
         if self._uses_stretch:
-            self._stretches = [s for s in self._stretches if s[0] < end]
-            self._keep_stretch(end)
+            order, found = self.scheme.order, self._stretch()
+            moved = max(moved, self._seen.settle(end, order, found, first=first, enough=SETTLED))
+        return moved
 
     def hand_over(self, time: float, order: int = 0) -> None:
         """Hand the potential the body at ``time``, extrapolated with an order from the accepted ones."""
@@ -272,7 +289,7 @@ class Electromechanics:
         found: dict[str, Callable[[], Any]] = {
             "potential": lambda: potential.v.x.array,
             "excitation": lambda: (potential.v.x.array - potential.rest) / potential.scale,
-            "stretch": self._present_stretch,
+            "stretch": lambda: self._seen.at(self._end, self.scheme.order),
             "time": lambda: self._end,
         }
         for name in potential.state_names:
@@ -321,19 +338,15 @@ class Electromechanics:
             "activation.law",
         )
 
+    def _stretch(self) -> Array:
+        """The stretch of the present body at the potential's nodes."""
+        assert self.mechanics is not None
+        return self.transfer.to_potential(self.mechanics.fibre_stretch())
+
     def _keep_stretch(self, time: float) -> None:
         """Keep the stretch of the present body, where a law asks for it."""
-        if self._uses_stretch and self.mechanics is not None:
-            stretch = self.transfer.to_potential(self.mechanics.fibre_stretch())
-            self._stretches = [(time, stretch), *self._stretches[:1]]
-
-    def _present_stretch(self) -> Array:
-        """The stretch at the end of the present step, extrapolated from the last two bodies; 1 at first."""
-        if not self._stretches:
-            return np.ones_like(self.potential.v.x.array)
-        times, values = zip(*self._stretches, strict=True)
-        weights = extrapolation_weights(times[: self.scheme.order], self._end)
-        return np.asarray(sum(w * value for w, value in zip(weights, values, strict=False)))
+        if self._uses_stretch:
+            self._seen.keep(time, self._stretch())
 
     def _release(self, tolerance: float = 1e-10, most: int = 200) -> None:
         """The imposed stretch ends now: the body springs to equilibrium, J v and J w are conserved."""
@@ -341,7 +354,8 @@ class Electromechanics:
         assert self.activation is not None
         mechanics, potential = self.mechanics, self.potential
         mechanics.release()
-        self._times, self._stretches = self._times[:1], []
+        self._times = self._times[:1]
+        self._seen.clear()
         potential.forget()
         if mechanics.relaxation_time > 0:  # a viscous body does not jump
             mechanics.accept(self.time)

@@ -11,6 +11,10 @@ from myostrain.validation import Count, Positive, description
 #: Largest −v γ′/(1 + γ) for which an extrapolated body is stable where J follows v (2/3, with a margin).
 STRONG = 0.66
 
+#: Change of the stretch, and of γ or the tension, between iterations at which a law that sees more than the
+#: potential has settled.
+SETTLED = 1e-6
+
 
 class Scheme(Protocol):
     """One way to advance a :class:`~myostrain.Electromechanics` by a step."""
@@ -29,7 +33,8 @@ class Implicit:
 
     Each iteration advances the activation for the potential's iterate, solves mechanics, and then the
     potential, with its reaction linearised about the iterate, on that body; until the potential changes by
-    less than ``tolerance``.
+    less than ``tolerance``, and the stretch that a law sees, and what it makes of the membrane's states, by
+    less than 1e-6.
 
     Args:
         tolerance: Largest change of v between iterations at which to stop, in units of v.
@@ -48,21 +53,22 @@ class Implicit:
         """One step by backward differences of an order, from the potential extrapolated to it."""
         potential, mechanics = model.potential, model.mechanics
         weights = model.weights(end, order)
-        guess = model.extrapolated_potential(end, order).copy()
+        guess, moved = model.extrapolated_potential(end, order).copy(), 0.0
         for iteration in range(self.max_iterations):
             if mechanics is not None:
                 potential.v.x.array[:] = guess
-                model.iterate_mechanics(start, end, order, first=iteration == 0)
+                moved = model.iterate_mechanics(start, end, order, first=iteration == 0)
             potential.solve(end, guess, weights)
             model.coupling_iterations += 1
             change = largest(potential.v.x.array - guess, potential.body.comm)
             guess[:] = potential.v.x.array
-            if change <= self.tolerance:
+            if change <= self.tolerance and moved <= SETTLED:
                 break
         else:
             raise ComputationError(
                 f"the coupling did not converge in {self.max_iterations} fixed-point iterations "
-                f"(last change of v {change:.3g}, wanted {self.tolerance:.3g})",
+                f"(last change of v {change:.3g}, wanted {self.tolerance:.3g}; "
+                f"of stretch or activation {moved:.3g}, wanted {SETTLED:g})",
                 advice="a smaller time step.",
             )
         model.accept(end, order)

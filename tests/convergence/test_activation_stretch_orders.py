@@ -127,3 +127,37 @@ def test_a_tension_that_follows_the_length_at_once_oscillates_under_staggering()
         assert turns(course(line(ms.SecondOrder(), law), step, 60.0)) > 10
     assert turns(course(line(ms.Implicit(), law), 2.0, 60.0)) <= 1
     assert turns(course(line(ms.SecondOrder(), law, stiffness=30.0), 2.0, 60.0)) <= 1  # a stiff body
+
+
+@pytest.mark.parametrize("tension", [3.0, 30.0])
+def test_the_implicit_scheme_iterates_until_the_stretch_is_that_of_the_body(tension):
+    """Implicit: the tension is that of the calcium and the stretch at the end of the step, however strong.
+
+    At 30 the length answers almost four times to the length that the law saw: plain iteration diverges.
+    """
+    law = Hunter1998(tension=tension)
+    model = line(ms.Implicit(), law)
+    model.start()
+    for number in range(1, 21):
+        model.step(number * 2.0)
+        drivers = {
+            "calcium": model.potential.field_values()["calcium"],
+            "stretch": model.mechanics.fibre_stretch(),
+        }
+        np.testing.assert_allclose(model.activation.values, law.activation((), drivers), rtol=1e-5)
+    assert model.activation.values[0] > 0.5
+    assert model.stretch_lag == 0.0
+    assert model.coupling_iterations < 20 * 12
+
+
+def test_the_lag_of_the_stretch_falls_with_the_step_or_not():
+    """docs/numerics.md: stretch_lag of one pass, second order where it is stable, and not where it swings."""
+    lags = {}
+    for tension in (0.05, 3.0):
+        for step in (2.0, 1.0):
+            model = line(ms.SecondOrder(), Hunter1998(tension=tension))
+            course(model, step, 60.0)
+            lags[tension, step] = model.stretch_lag
+    assert 3.0 < lags[0.05, 2.0] / lags[0.05, 1.0] < 5.0
+    assert lags[3.0, 1.0] > 0.5 * lags[3.0, 2.0]
+    assert lags[3.0, 1.0] > 0.1

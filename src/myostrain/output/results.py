@@ -116,7 +116,7 @@ def wave_metrics(
 
 
 def solver_counts(model: Electromechanics) -> dict[str, dict[str, float]]:
-    """Solves, iterations, factorizations of each solver; of the coupling, iterations and the body's lag."""
+    """Solves, iterations, factorizations of each solver; of the coupling, iterations and lags."""
     counts: dict[str, dict[str, float]] = {"potential": {}}
     if model.potential.solver is not None:  # none where the potential is given
         counts["potential"] |= model.potential.solver.counters.as_dict()
@@ -125,6 +125,7 @@ def solver_counts(model: Electromechanics) -> dict[str, dict[str, float]]:
     counts["coupling"] = {
         "iterations": model.coupling_iterations,
         "displacement_lag": model.displacement_lag,
+        "stretch_lag": model.stretch_lag,
     }
     return counts
 
