@@ -16,7 +16,7 @@ from pathlib import Path
 from myostrain import activation
 from myostrain.case import sections as case
 from myostrain.electrics import given_potential as drive
-from myostrain.electrics import initial_values, place, potential, stimulus, stretch_current
+from myostrain.electrics import initial_values, place, potential, stimulus, stretch_current, variation
 from myostrain.mechanics import equilibrium as mechanics
 from myostrain.mechanics import imposed_stretch
 from myostrain.output import tips
@@ -52,6 +52,11 @@ NEEDED = {
     "drive": "This section may take the place of `[cell]`, `[potential]` and `[initial]`.",
 }
 
+VARIATION = """
+Parameters of the membrane are keys of the table by their names, as `g_Ks = 0.1`; `parameters` is for those
+of a file whose names are other keys'. The place has the same keys as that of `[initial]`, but for `sampling`.
+""".strip()
+
 SOLVER = """
 `[solver.potential]` and `[solver.mechanics]` hold options of PETSc's linear solvers without a prefix, such as
 `ksp_type`, `pc_type` or `ksp_rtol`. They win over the defaults. What does not choose or tune a solver is
@@ -72,6 +77,9 @@ def reference() -> str:
             keys(stretch_current.StretchCurrent, intro=True, without=("where",)),
             "It may have the keys of a place, those of `[initial]`. Several are `[[cell.stretch_current]]`.",
             *variants("model", case.CELLS),
+            "### `[[cell.variation]]`",
+            keys(variation.Variation, intro=True, without=("where",)),
+            VARIATION,
         ],
         "potential": [keys(case.PotentialSection)],
         "initial": [
@@ -179,7 +187,14 @@ def in_words(hint):
         return f"table of {several(args[1])} by name"
     if dataclasses.is_dataclass(hint):
         return "table, see below"
-    return {float: "number", int: "integer", bool: "true or false", str: "text", Path: "path"}[hint]
+    return {
+        float: "number",
+        int: "integer",
+        bool: "true or false",
+        str: "text",
+        Path: "path",
+        typing.Any: "number",
+    }[hint]
 
 
 def several(hint):

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         Potential,
         Stimulus,
         StretchCurrent,
+        Variation,
     )
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
@@ -66,6 +67,7 @@ __all__ = [
     "Supports",
     "Tip",
     "UniformFibres",
+    "Variation",
     "activation",
     "build",
     "cell",
@@ -90,6 +92,7 @@ _MODULES = {
         "Potential",
         "Stimulus",
         "StretchCurrent",
+        "Variation",
     ),
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),

@@ -288,7 +288,7 @@ class Electromechanics:
         potential = self.potential
         found: dict[str, Callable[[], Any]] = {
             "potential": lambda: potential.v.x.array,
-            "excitation": lambda: (potential.v.x.array - potential.rest) / potential.scale,
+            "excitation": lambda: potential.excitation,
             "stretch": lambda: self._seen.at(self._end, self.scheme.order),
             "time": lambda: self._end,
         }

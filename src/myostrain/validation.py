@@ -144,6 +144,15 @@ def checked(kind: Any, value: Any, key: str, text: str = "") -> Any:
     raise InputError(f"{plain_words(found, text)}, not {shown(found['input'])}", ".".join([key, *place]))
 
 
+def flat(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables in tables as one, with dotted names; what lies in a table wins over a dotted name."""
+    found = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            found |= {f"{key}.{name}": inner for name, inner in flat(value).items()}
+    return found
+
+
 def plain_words(error: Any, kind: str) -> str:
     """What pydantic says of a value, as something to do.
 

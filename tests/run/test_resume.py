@@ -69,6 +69,7 @@ CASES = {
         },
     ),
     "solid": (SOLID, {}),
+    "varied": (LINE, {"cell.variation": [{"box": [[5.5], [30.0]], "alpha": 0.2, "tau": 0.3}]}),
     "static": (STATIC, {}),
     "direct": (SHEET, {"solver.potential": {"ksp_type": "preonly", "pc_type": "lu"}}),
 }

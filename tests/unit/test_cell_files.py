@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from cell_files import CELLML, MMT, ODE, cellml_in_python, ode_in_python
-from small_cases import LINE, command_line, write_case
+from small_cases import ALONE, LINE, command_line, write_case
 
 RNG = np.random.default_rng(7)
 V = RNG.uniform(-90.0, 40.0, 50)
@@ -335,3 +335,30 @@ def test_a_run_and_its_resume(tmp_path):
     found = command_line("run", "--resume", "--out", out, "--set", "time.end=0.012")
     assert found.status == 2
     assert "cell.path" in found.err
+
+
+def test_parameters_of_a_file_vary_over_a_body(made):
+    """Node by node the rates of each half are those of its own file, also of a name that all files have."""
+    place = ms.Place(box=((1.5,), (9.0,)))
+    said = {"g_Na": 3.0, "range": 4e-2}
+    cell, other = made(ODE), made(ODE, parameters=said)
+    body = ms.build(ms.geometry.Line(length=3.0, spacing=1.0), comm=ALONE)
+    potential = ms.Potential(body, membrane=cell, variations=[ms.Variation(where=place, parameters=said)])
+    right = potential.v.function_space.tabulate_dof_coordinates()[:, 0] > 1.5
+    assert set(potential.varying) == {"g_Na", "file.range"}
+    v, states = np.linspace(-80.0, 20.0, 4), potential.states.copy()
+    step = Step(0.05, 20.0, states, states.copy(), v - 1.0, 2)
+    both, here, there = (
+        Reaction(c, varying=varying).solve(v, states.copy(), step)[:3]
+        for c, varying in ((cell, potential.varying), (cell, None), (other, None))
+    )
+    for found, first, second in zip(both, here, there, strict=True):
+        np.testing.assert_array_equal(found, np.where(right, second, first))
+    assert (here[1] != there[1]).all()
+    for name, words in (
+        ("g_N", "no such parameter; did you mean 'g_Na'"),
+        ("m", "no number|is no parameter|no such"),
+    ):
+        wrong = ms.Variation(where=place, parameters={name: 1.0})
+        with pytest.raises(InputError, match=f"cell.variation.1.{name}: .*({words})"):
+            ms.Potential(body, membrane=cell, variations=[wrong])

@@ -74,6 +74,7 @@ def _potential(case: Any, body: geometry.Body, deformation: Any) -> Potential:
         mass=case.potential.mass,
         deformation=deformation,
         integrator=case.beginning.integrates(case.cell),
+        variations=case.variations,
         initial=case.initial,
         stimuli=case.stimuli,
         stretch_currents=case.stretch_currents,

@@ -20,6 +20,7 @@ from myostrain.case.parsing import (
     make_points,
     make_solver,
     make_stretch_currents,
+    make_variations,
     pick,
     plain,
     word,
@@ -46,7 +47,7 @@ from myostrain.case.sections import (
     UnitsSection,
 )
 from myostrain.coupling import Electromechanics
-from myostrain.electrics import Drive, InitialValues, Stimulus, StretchCurrent
+from myostrain.electrics import Drive, InitialValues, Stimulus, StretchCurrent, Variation
 from myostrain.engine import MPI
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.mechanics import ImposedStretch
@@ -74,6 +75,7 @@ class Case:
     geometry: Any
     fibres: Any
     cell: Any
+    variations: tuple[Variation, ...]
     beginning: CellSection
     stretch_currents: tuple[StretchCurrent, ...]
     potential: PotentialSection
@@ -172,7 +174,7 @@ class Case:
             check_rigid(data)
         fibres = pick(part["fibres"], "fibres.kind", FIBRES, "uniform") if part["fibres"] else None
         model = pick(part["cell"], "cell.model", CELLS, "FitzHughNagumo")
-        beginning = _take(part["cell"], CellSection)
+        beginning, variations = _take(part["cell"], CellSection), part["cell"].pop("variation", [])
         if isinstance(beginning.get("initial"), str):
             beginning["initial"] = _whole(folder, beginning["initial"], "cell.initial")
         stretched = part["cell"].pop("stretch_current", ())
@@ -218,7 +220,12 @@ class Case:
                 model,
                 getattr(model, "gathered", dict)(part["cell"]),
                 "cell",
-                also=("model", "stretch_current", *(f.name for f in dataclasses.fields(CellSection))),
+                also=(
+                    "model",
+                    "stretch_current",
+                    "variation",
+                    *(f.name for f in dataclasses.fields(CellSection)),
+                ),
             ),
             "beginning": make(CellSection, beginning, "cell"),
             "potential": make(PotentialSection, part["potential"], "potential"),
@@ -257,6 +264,7 @@ class Case:
             "solver": make_solver(part["solver"]),
         }
         made["stretch_currents"] = make_stretch_currents(stretched, made["cell"], None if rigid else kin.dim)
+        made["variations"] = make_variations(variations, made["cell"])
         if made["output"].tip is not None and not rigid and kin.dim != 2:
             raise InputError("tips are found on sheets; leave it out", "output.tip")
         if made["mechanics"].ellipticity == "warn" and not rigid and kin.dim < 3:
@@ -335,18 +343,15 @@ def _whole(folder: Path, path: str, key: str) -> str:
         raise InputError(f"{shown(path)} is no path: {error}", key) from error
 
 
-def _stretched(made: Mapping[str, Any]) -> dict[str, Any]:
-    """The stretch-activated currents, as a key of [cell]."""
-    return {"stretch_current": _placed(made["stretch_currents"])} if made["stretch_currents"] else {}
-
-
 def _placed(things: Sequence[Any]) -> Any:
     """Tables of things in places; one table for one thing."""
-    tables = [
-        {**(plain(thing.where) or {}), **{k: v for k, v in plain(thing).items() if k != "where"}}
-        for thing in things
-    ]
+    tables = _tables(things)
     return tables[0] if len(tables) == 1 else tables
+
+
+def _tables(things: Sequence[Any]) -> list[dict[str, Any]]:
+    tables = [{**(plain(thing.where) or {}), **plain(thing)} for thing in things]
+    return [{k: v for k, v in table.items() if k != "where" and v != {}} for table in tables]
 
 
 def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, Any]:
@@ -359,14 +364,7 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
         "units": plain(made["units"]),
         "geometry": {"kind": word(made["geometry"], GEOMETRIES), **plain(made["geometry"])},
         "fibres": {"kind": word(fibres, FIBRES), **plain(fibres)} if fibres is not None else None,
-        "cell": {
-            "model": word(made["cell"], CELLS),
-            **plain(made["cell"]),
-            **plain(made["beginning"]),
-            **_stretched(made),
-        }
-        if solved
-        else None,
+        "cell": _cell(made) if solved else None,
         "potential": plain(made["potential"]) if solved else None,
         "initial": _placed(made["initial"]),
         "stimulus": _placed(made["stimuli"]),
@@ -381,6 +379,13 @@ def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, An
         "solver": plain(made["solver"]),
     }
     return {**texts, **{name: section for name, section in sections.items() if section}}
+
+
+def _cell(made: Mapping[str, Any]) -> dict[str, Any]:
+    """The section of the membrane."""
+    lists = {"stretch_current": _placed(made["stretch_currents"]), "variation": _tables(made["variations"])}
+    cell = {"model": word(made["cell"], CELLS), **plain(made["cell"]), **plain(made["beginning"])}
+    return {**cell, **{name: tables for name, tables in lists.items() if tables}}
 
 
 def _moving(made: Mapping[str, Any], kin: Mapping[str, Any], pace: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,10 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from myostrain.electrics import Place, StretchCurrent
+from myostrain.electrics import Place, StretchCurrent, Variation
 from myostrain.errors import InputError, dotted, nearest, shown
+from myostrain.membranes.variants import changes
 from myostrain.solvers.options import check_options
-from myostrain.validation import Finite, InvalidDescription, plain_words
+from myostrain.validation import Finite, InvalidDescription, flat, plain_words
 
 import pydantic
 
@@ -109,6 +110,35 @@ def make_stretch_currents(given: Any, membrane: Any, dim: int | None) -> tuple[S
             also = tuple(sorted(places))
             current = make(StretchCurrent, table, at, also)
         made.append(current.fitting(membrane, dim))
+    return tuple(made)
+
+
+def make_variations(given: Any, membrane: Any) -> tuple[Variation, ...]:
+    """Make variations of a membrane from the tables [[cell.variation]].
+
+    Keys that are not those of the place or of a variation are parameters of the membrane. Of a parameter
+    that is given twice, the key of the table itself counts, not that under ``parameters``.
+
+    Raises:
+        InputError: They are no tables, or what the membrane does not have or take.
+    """
+    key, made = "cell.variation", []
+    if not isinstance(given, list) or not all(isinstance(table, Mapping) for table in given):
+        raise InputError("give tables: [[cell.variation]]", key)
+    places = [f.name for f in dataclasses.fields(Place)]
+    own = [f.name for f in dataclasses.fields(Variation) if f.name != "where"]
+    for number, table in enumerate(given, start=1):
+        here = f"{key}.{number}"
+        values = {k: v for k, v in table.items() if k in own}
+        parameters = flat({k: v for k, v in table.items() if k not in (*places, *own)})
+        if not isinstance(values.get("parameters", {}), Mapping):
+            raise InputError("give a table of numbers by name", f"{here}.parameters")
+        values["parameters"] = flat(values.get("parameters", {})) | parameters
+        # Before the place: a misspelt key of the place is the better message.
+        changes(membrane, values.get("set"), values["parameters"], here, [*places, *own])
+        where = make(Place, {k: v for k, v in table.items() if k in places}, here)
+        made.append(make(Variation, {**values, "where": where}, here))
+        made[-1].check(membrane, here)
     return tuple(made)
 
 

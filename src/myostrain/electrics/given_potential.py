@@ -69,6 +69,11 @@ class GivenPotential:
             self._pattern = _pattern(self.drive.path, body, self.v.function_space)
         self._put(0.0)
 
+    @property
+    def excitation(self) -> Array:
+        """The potential itself (nodes,)."""
+        return np.asarray(self.v.x.array)
+
     def __repr__(self) -> str:
         """The course."""
         return f"GivenPotential({self.drive!r})"

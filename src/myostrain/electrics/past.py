@@ -25,7 +25,7 @@ class Past:
     beside the values, since J was another one then.
 
     Args:
-        rest: The potential at rest.
+        rest: The potential at rest, a number or nodal values (nodes,).
         per_volume: Whether amounts are balanced; elsewhere they are the values themselves.
         conserved: Rows of the states whose amounts are balanced.
         multistep: Whether states of more than one past time are needed.
@@ -37,7 +37,9 @@ class Past:
         begun: What the last run began with, None before the first.
     """
 
-    def __init__(self, rest: float, *, per_volume: bool, conserved: Sequence[int], multistep: bool) -> None:
+    def __init__(
+        self, rest: float | Array, *, per_volume: bool, conserved: Sequence[int], multistep: bool
+    ) -> None:
         self.rest, self.per_volume, self.multistep = rest, per_volume, multistep
         self.conserved = list(conserved)
         self._spare: list[Array] = []  # arrays for states that were given up
@@ -123,7 +125,7 @@ class Past:
             total += w * amount
         if self.per_volume:
             total = total / ratio
-            if self.rest:
+            if np.any(self.rest):
                 total -= weights[0] * self.rest
         return total
 

@@ -1,4 +1,4 @@
-"""Where something acts or begins: a ball, a box, a part of the boundary, a region of the mesh."""
+"""Where something acts, begins or differs: a ball, a box, a layer of the wall, a region of the mesh."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Literal
 from myostrain.engine import MPI, compile_form, fem
 from myostrain.errors import InputError, nearest
 from myostrain.geometry import Body
+from myostrain.geometry.transmural import nodal_depth
 from myostrain.solvers.linear import assemble_nodal
 from myostrain.validation import Finite, NonNegative, Positive, description
 
@@ -19,11 +20,13 @@ Array = npt.NDArray[np.float64]
 
 #: What is nearer than this share of the body's extent counts as there: single precision, and round-off.
 CLOSE = 1e-9
+#: The same of the wall's depth, which is solved for.
+CLOSE_DEPTH = 1e-6
 
 
 @description
 class Place:
-    """A place in the reference body; give a ball, a box, parts of the boundary, or regions of the mesh.
+    """A place in the body; give a ball, a box, parts of the boundary, regions, or a layer of the wall.
 
     Lengths are in the unit of the mesh.
 
@@ -35,6 +38,9 @@ class Place:
         depth: How deep from ``boundary`` into the body; 0 takes the nodes on it only, a layer that gets
             thinner with the mesh.
         region: Named regions of the mesh (physical groups of cells).
+        transmural: A layer of the wall: from which depth to which one, 0 being the endocardium and 1 the
+            epicardium; between them the depth is the harmonic function of the wall.
+        transmural_between: The parts of the boundary that take the place of endocardium and epicardium.
         sampling: "nodal": a node is in or out, so that a ball or a box changes its size with the mesh;
             "mean": a node takes the mean around it, weighted by its basis function, which keeps the integral.
     """
@@ -45,6 +51,8 @@ class Place:
     boundary: tuple[str, ...] | None = None
     depth: NonNegative = 0.0
     region: tuple[str, ...] | None = None
+    transmural: tuple[Finite, Finite] | None = None
+    transmural_between: tuple[str, str] | None = None
     sampling: Literal["nodal", "mean"] = "nodal"
 
     def __post_init__(self) -> None:
@@ -54,6 +62,7 @@ class Place:
             "box": self.box is not None,
             "boundary": self.boundary is not None,
             "region": self.region is not None,
+            "transmural": self.transmural is not None,
         }
         given = [kind for kind, there in kinds.items() if there]
         if len(given) != 1:
@@ -68,6 +77,10 @@ class Place:
             raise ValueError("give the lowest corner of the box and then the highest one")
         if self.depth > 0 and self.boundary is None:
             raise ValueError("a depth goes with boundary")
+        if self.transmural is not None and not 0 <= self.transmural[0] < self.transmural[1] <= 1:
+            raise ValueError("transmural is from a lower depth to a higher one, between 0 and 1")
+        if self.transmural is None and self.transmural_between is not None:
+            raise ValueError("transmural_between goes with transmural")
         if self.sampling == "mean" and self.center is None and self.box is None:
             raise ValueError('sampling = "mean" is for a ball or a box')
 
@@ -86,6 +99,10 @@ class Place:
             inside = self._near_boundary(body, space, X, close, key)
         elif self.region is not None:
             inside = self._in_region(body, space, key)
+        elif self.transmural is not None:
+            depth = nodal_depth(body, self.transmural_between, f"{key}.transmural_between")
+            low_end, high_end = self.transmural
+            inside = (depth >= low_end - CLOSE_DEPTH) & (depth <= high_end + CLOSE_DEPTH)
         else:
             points = np.array([self.center] if self.box is None else self.box, dtype=float)
             if not body.dim <= points.shape[1] <= 3:

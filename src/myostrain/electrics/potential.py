@@ -10,8 +10,9 @@ from myostrain.electrics.initial_values import InitialValues
 from myostrain.electrics.past import Past, fields, values_of
 from myostrain.electrics.stimulus import Applied, AppliedRates, Source
 from myostrain.electrics.stretch_current import StretchCurrent, StretchCurrents
-from myostrain.engine import MPI, fem, lasting
-from myostrain.errors import ComputationError, InputError
+from myostrain.electrics.variation import LocalMembranes, Variation
+from myostrain.engine import fem, lasting
+from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Deformation
 from myostrain.membranes import Integrator, Membrane, Step, check_membrane
@@ -70,6 +71,7 @@ class Potential:
         deformation: F and J of the body, UFL expressions that somebody else updates; None for a rigid body.
         integrator: How the membrane's states advance; unless given, exponentially for a membrane with gates,
             linearly implicit for one without.
+        variations: Places where parameters of the membrane are others; later ones win.
         initial: Initial values in places; later ones win.
         stimuli: Rates that are applied in places over times.
         stretch_currents: Currents that the stretch of the body opens; they add up.
@@ -77,12 +79,14 @@ class Potential:
         options: PETSc options of the linear solver.
 
     Raises:
-        InputError: A diffusivity that is not positive, an unknown balance, a membrane that is none, or a
-            place where no node is.
+        InputError: A diffusivity that is not positive, an unknown balance, a membrane that is none,
+            parameters that it does not have, or a place where no node is.
 
     Attributes:
         v: The potential, P1.
-        rest: The potential at rest.
+        rest: The potential at rest, but for variations.
+        local_rest: The same with them: nodal values (nodes,) if it is not the same everywhere.
+        varying: Nodal values (nodes,) of the parameters that vary over the body, by name.
         state_names: Names of the membrane's states.
         states: The membrane's states at the nodes, (states, nodes).
         seconds: Wall-clock seconds spent in solving.
@@ -99,6 +103,7 @@ class Potential:
         mass: Mass = "lumped",
         deformation: Deformation | None = None,
         integrator: Integrator | None = None,
+        variations: Sequence[Variation] = (),
         initial: Sequence[InitialValues] = (),
         stimuli: Sequence[Applied] = (),
         stretch_currents: Sequence[StretchCurrent] = (),
@@ -136,12 +141,15 @@ class Potential:
         self._diffusion = Diffusion(body, space, seen, self.diffusivity, mass)
         self._stretch = StretchCurrents(stretch_currents, body, space, deformation, membrane)
         self._b = fem.Function(space)
-        self._reaction = Reaction(membrane, integrator, comm=lasting(body.comm))
+        self._local = LocalMembranes(body, space, membrane, variations)
+        self.varying = self._local.values
+        self._reaction = Reaction(membrane, integrator, self.varying, lasting(body.comm))
         self.rest = float(membrane.resting_potential())
+        self.local_rest = self._local.rest(len(self.v.x.array))
         conserved = tuple(getattr(membrane, "conserved", ()))
         indices = [self.state_names.index(name) for name in conserved if name in self.state_names]
         self.past = Past(
-            self.rest,
+            self.local_rest,
             # Whether amounts are balanced: elsewhere J = 1, or values themselves are.
             per_volume=balance == "conservative" and not self._diffusion.isochoric,
             conserved=indices,
@@ -192,6 +200,11 @@ class Potential:
         return self.range[1] - self.rest
 
     @property
+    def excitation(self) -> Array:
+        """The potential as 0 at each node's rest and 1 at the upper end of the range (nodes,)."""
+        return np.asarray((self.v.x.array - self.local_rest) / (self.range[1] - self.local_rest))
+
+    @property
     def threshold(self) -> float:
         """The potential above which a node counts as activated."""
         return float(getattr(self.membrane, "threshold", 0.5))
@@ -218,9 +231,7 @@ class Potential:
 
     def reset(self) -> None:
         """Set v and the states to rest and the initial values, whatever they are."""
-        self.v.x.array[:] = self.membrane.resting_potential()
-        if self.state_names:
-            self._states[:] = np.asarray(self.membrane.resting_states(), dtype=float)[:, None]
+        self._local.put_rest(self.v.x.array, self._states)
         for values in self.initial:
             values.apply(self.body, self.v.function_space, self.v.x.array, self._states, self.state_names)
         self.past.reset()
@@ -292,7 +303,7 @@ class Potential:
         step = Step(end - self.past.times[0], float(weights[0]), past, before, before_v, order)
         room = self.past.room(self._states)
         self._states, current, slope, bad = self._reaction.solve(guess, self._states, step, room)
-        self._refuse(bad, end)
+        self._reaction.refuse(bad, self._states, self.v.function_space, end)
         current, slope = self._stretch.added(guess, current, slope)
         if (applied := self._applied.rate([end, *self.past.times], weights)) is not None:
             current = current - applied
@@ -307,22 +318,6 @@ class Potential:
         self.v.x.array[:] = guess
         self.solver.solve(self._b.x.petsc_vec, self.v.x.petsc_vec)
         self.v.x.scatter_forward()
-
-    def _refuse(self, bad: int, end: float) -> None:
-        """Stop where a gate or another state is no longer what it may be.
-
-        Raises:
-            ComputationError: It is so on some process.
-        """
-        comm = lasting(self.body.comm)
-        if comm.allreduce(bad, op=MPI.MAX) < 0:
-            return
-        found = None
-        if bad >= 0:
-            X = self.v.function_space.tabulate_dof_coordinates()[bad, : self.body.dim]
-            found = self._reaction.wrong(self._states, bad), [round(float(x), 6) for x in X]
-        what, where = next(f for f in comm.allgather(found) if f is not None)
-        raise ComputationError(f"{what} near {where}", time=end, where=where, advice="a smaller time step.")
 
     def accept(self, time: float, keep: int) -> None:
         """Take the present fields as those of a step that ended at ``time`` and keep ``keep`` past ones."""
@@ -394,5 +389,5 @@ class Potential:
         if self.past.per_volume and self.past.amounts:
             amounts = self.weight * self.past.amounts[0][0]
         else:
-            amounts = self.weight * self.ratio * (self.v.x.array - self.rest)
+            amounts = self.weight * self.ratio * (self.v.x.array - self.local_rest)
         return float(self.body.comm.allreduce(float(np.sum(amounts[: owned_dofs(self.v.function_space)]))))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+from weakref import WeakKeyDictionary
+
 from myostrain.engine import fem
 from myostrain.errors import InputError
 from myostrain.geometry.body import Body
@@ -11,6 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+
+KEY = "activation.transmural_between"
+
+#: Depths at the nodes of meshes that are in use, by the sides of the wall: several layers are of one depth.
+_known: WeakKeyDictionary[Any, dict[Any, Array]] = WeakKeyDictionary()
 
 
 def transmural(body: Body, ends: tuple[float, float], between: tuple[str, str] | None = None) -> Array:
@@ -24,23 +32,33 @@ def transmural(body: Body, ends: tuple[float, float], between: tuple[str, str] |
     Raises:
         InputError: The body has not these parts, or they meet.
     """
-    nodal = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1)))
-    nodal.interpolate(depth(body, between))
-    return ends[0] + (ends[1] - ends[0]) * nodal.x.array
+    return ends[0] + (ends[1] - ends[0]) * nodal_depth(body, between)
 
 
-def depth(body: Body, between: tuple[str, str] | None = None) -> fem.Function:
+def nodal_depth(body: Body, between: tuple[str, str] | None = None, key: str = KEY) -> Array:
+    """The depth in the wall at the nodes of P1 (nodes,), not to be changed; see :func:`depth`."""
+    known = _known.setdefault(body.mesh, {})
+    if between not in known:
+        nodal = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1)))
+        nodal.interpolate(depth(body, between, key))
+        known[between] = nodal.x.array.copy()
+        known[between].flags.writeable = False
+    return known[between]
+
+
+def depth(body: Body, between: tuple[str, str] | None = None, key: str = KEY) -> fem.Function:
     """The depth in the wall, P2: harmonic, 0 at the endocardium and 1 at the epicardium.
 
     Args:
         body: The body.
         between: Parts of the boundary to take for them; all whose names begin with "endocardium" and
             "epicardium" unless given.
+        key: Key of a case file that names them, for the message.
 
     Raises:
         InputError: The body has not these parts, or they meet.
     """
-    key, known = "activation.transmural_between", body.meshed.boundaries
+    known = body.meshed.boundaries
     names = [[name] for name in between or ()]
     if not names:
         names = [[n for n in known if n.startswith(start)] for start in ("endocardium", "epicardium")]

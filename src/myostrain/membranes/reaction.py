@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from myostrain.engine import MPI
-from myostrain.errors import InputError
+from myostrain.errors import ComputationError, InputError
 from myostrain.membranes.contracts import Array, Integrator, Membrane, Step
 from myostrain.membranes.exponential import GeneralizedRushLarsen
 from myostrain.membranes.linearly_implicit import LinearlyImplicit, with_slope
@@ -17,6 +17,8 @@ import numpy as np
 
 #: By how much a gate may leave [0, 1]: multistep formulas swing over by a little.
 GATE_MARGIN = 1e-2
+#: Nodes on which a model is tried.
+FEW = 3
 
 
 def default_integrator(membrane: Membrane) -> Any:
@@ -73,6 +75,28 @@ class Reaction:
                 "LinearlyImplicit, or use NumPy's arithmetic, exp, log, sqrt, tanh, where only",
                 "cell.integrator",
             )
+        if self._given and self._model is None:
+            self._try_varying()
+
+    def _try_varying(self) -> None:
+        """Refuse what varies where the equations ask for one number.
+
+        Raises:
+            InputError: They do.
+        """
+        few = {name: np.resize(x, FEW) if x.size else np.zeros(FEW) for name, x in self._given.items()}
+        varied = replaced(self.membrane, few)
+        v = np.full(FEW, float(self.membrane.resting_potential()))
+        rest = self.membrane.resting_states() if self.names else ()
+        states = np.tile(np.asarray(rest, dtype=float).reshape(-1, 1), FEW)
+        try:
+            self._advanced(v, states, Step(1.0, 1.0, np.zeros_like(states), states.copy(), v, 1), varied)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"{', '.join(self._given)} vary over the body, and {type(self.membrane).__name__} wants one "
+                f"number ({error}): decide by numpy.where, not by Python's if",
+                "cell.variation",
+            ) from None
 
     def _trace(self, nodes: int) -> None:
         """Write the equations down, again if the model holds other things than the last time.
@@ -154,9 +178,12 @@ class Reaction:
         bad = program([v, begun, *before, *varying], length, [*out, current, slope])
         return out, current, slope, bad
 
-    def _advanced(self, v: Array, states: Array, step: Step) -> tuple[Array, Array, Array]:
+    def _advanced(
+        self, v: Array, states: Array, step: Step, membrane: Any = None
+    ) -> tuple[Array, Array, Array]:
         """With NumPy alone."""
-        membrane = replaced(self.membrane, self._given) if self._given else self.membrane
+        if membrane is None:
+            membrane = replaced(self.membrane, self._given) if self._given else self.membrane
         if self.names:
             states = self.integrator.advance(membrane, v, states, step)
         current, slope = with_slope(lambda at: membrane.current(at, states), v)
@@ -203,6 +230,27 @@ class Reaction:
         made = Program([*inputs, *model.fields], [number, *model.scalars], outputs, self._comm)
         self._programs[key] = made
         return made
+
+    def refuse(self, bad: int, states: Array, space: Any, end: float) -> None:
+        """Stop where a gate or another state is no longer what it may be (collective).
+
+        Args:
+            bad: The first such node of this process, -1 for none.
+            states: The states (states, nodes).
+            space: The P1 space of the nodes.
+            end: Time at the end of the step.
+
+        Raises:
+            ComputationError: It is so on some process.
+        """
+        if self._comm.allreduce(bad, op=MPI.MAX) < 0:
+            return
+        found = None
+        if bad >= 0:
+            X = space.tabulate_dof_coordinates()[bad, : space.mesh.geometry.dim]
+            found = self.wrong(states, bad), [round(float(x), 6) for x in X]
+        what, where = next(f for f in self._comm.allgather(found) if f is not None)
+        raise ComputationError(f"{what} near {where}", time=end, where=where, advice="a smaller time step.")
 
     def wrong(self, states: Array, node: int) -> str:
         """What is wrong with the states of a node, in words."""

@@ -178,6 +178,8 @@ class TenTusscherPanfilov2006:
     R: Positive = 8.314
     T: Positive = 310.0
     F: Positive = 96.485
+    sets: ClassVar[Mapping[str, Mapping[str, Any]]] = SETS
+    slopes: ClassVar[Mapping[float, Mapping[str, float]]] = SLOPES
     states: ClassVar[tuple[str, ...]] = (
         *("Ca_SR", "Ca_i", "Ca_ss", "K_i", "Na_i", "Rbar"),
         *("Xr1", "Xr2", "Xs", "d", "f2", "f", "fCass", "h", "j", "m", "r", "s"),
@@ -194,8 +196,8 @@ class TenTusscherPanfilov2006:
 
     def __post_init__(self) -> None:
         """Take from the set and the slope what is not given."""
-        fill_from_set(self, SETS)
-        fill_from_set(self, SLOPES, "slope")
+        fill_from_set(self, self.sets)
+        fill_from_set(self, self.slopes, "slope")
 
     def resting_potential(self) -> float:
         """The published initial potential of the set, mV."""
@@ -327,11 +329,12 @@ class TenTusscherPanfilov2006:
         h_speed, j_speed = sodium_inactivation(v)
 
         r_speed = 1.0 / (9.5 * np.exp((v + 40.0) * (v + 40.0) / -1800.0) + 0.8)
-        if self.s_variant:
-            s_speed = 1.0 / (1000.0 * np.exp((v + 67.0) * (v + 67.0) / -1000.0) + 8.0)
-        else:
-            a = 1.0 + np.exp(-4.0) * up_5
-            s_speed = a / ((85.0 * np.exp((v + 45.0) * (v + 45.0) / -320.0) + 3.0) * a + 5.0)
+        a = 1.0 + np.exp(-4.0) * up_5
+        s_speed = np.where(
+            self.s_variant > 0.5,  # a number where it varies over the body
+            1.0 / (1000.0 * np.exp((v + 67.0) * (v + 67.0) / -1000.0) + 8.0),
+            a / ((85.0 * np.exp((v + 45.0) * (v + 45.0) / -320.0) + 3.0) * a + 5.0),
+        )
 
         m_root = 1.0 + np.exp((-56.86 - v) / 9.03)
         h_root = 1.0 + np.exp((v + 71.55) / 7.43)

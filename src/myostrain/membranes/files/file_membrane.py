@@ -14,7 +14,7 @@ from myostrain.errors import InputError, nearest
 from myostrain.membranes.files import myokit_models, ode, roles
 from myostrain.membranes.files.contents import Contents, Unreadable
 from myostrain.membranes.files.formulas import Values, depth, names, ordered, undefined
-from myostrain.validation import Finite, description
+from myostrain.validation import Finite, description, flat
 
 log = logging.getLogger("myostrain")
 
@@ -89,8 +89,8 @@ class FileMembrane:
         found = {key: value for key, value in section.items() if key in known}
         for table in ("parameters", "initial_states"):
             if isinstance(found.get(table), Mapping):
-                found[table] = _flat(found[table])
-        others = _flat({key: value for key, value in section.items() if key not in known})
+                found[table] = flat(found[table])
+        others = flat({key: value for key, value in section.items() if key not in known})
         if others and isinstance(found.get("parameters", {}), Mapping):
             found["parameters"] = found.get("parameters", {}) | others
         return found
@@ -200,15 +200,6 @@ class FileMembrane:
     def rates(self, v: Any, states: Sequence[Any]) -> Sequence[Any]:
         """The rates of the other states, as the file has them."""
         return self._rates(v, states, self.states, self._orders[1])
-
-
-def _flat(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Tables in tables as one, with dotted names; what lies in a table wins over a dotted name."""
-    found = {key: value for key, value in table.items() if not isinstance(value, Mapping)}
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            found |= {f"{key}.{name}": inner for name, inner in _flat(value).items()}
-    return found
 
 
 def _checked(

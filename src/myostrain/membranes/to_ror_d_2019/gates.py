@@ -51,9 +51,9 @@ def _outward(p: Any, v: Any, s: States) -> dict[str, Any]:
     fast = 0.3933 * np.exp((v + 100.0) / -100.0) + 0.08004 * np.exp((v + 50.0) / 16.59)
     slow = 0.001416 * np.exp((v + 96.52) / -59.05) + 1.780e-8 * np.exp((v + 114.1) / 8.079)
     fast, slow = fast / (1.0 + 4.562 * fast), slow / (1.0 + 23.62 * slow)
-    if p.delta_epi:
-        c = 1.0 + np.exp((v + 70.0) / 5.0)
-        fast, slow = fast * c / (c - 0.95), slow * c / (c - 0.95)
+    c = 1.0 + np.exp((v + 70.0) / 5.0)
+    faster = np.where(p.delta_epi > 0.5, c / (c - 0.95), 1.0)  # a number where it varies over the body
+    fast, slow = fast * faster, slow * faster
     # Phosphorylated channels are slower: in what develops and in what recovers. Its steep exponential is
     # capped where it does no more matter.
     steep = np.exp(np.minimum((12.23 - v) / 0.2154, 300.0))

@@ -267,6 +267,7 @@ class ToRORd2019:
     R: Positive = 8314.0
     T: Positive = 310.0
     F: Positive = 96485.0
+    sets: ClassVar[Mapping[str, Mapping[str, Any]]] = SETS
     states: ClassVar[tuple[str, ...]] = States._fields
     gates: ClassVar[tuple[str, ...]] = GATES
     conserved: ClassVar[tuple[str, ...]] = ()
@@ -280,7 +281,7 @@ class ToRORd2019:
 
     def __post_init__(self) -> None:
         """Take from the set what is not given."""
-        fill_from_set(self, SETS)
+        fill_from_set(self, self.sets)
 
     def resting_potential(self) -> float:
         """The published initial potential of the set, mV."""
