@@ -96,6 +96,7 @@ WRONG = {
         "'calcium' drives Law, and FitzHughNagumo has none.*Bueno",
     ),
     "states in one text": (delayed(states="r"), r"Delayed\.states is 'r'; give names"),
+    "steps without states": (delayed(states=()), r"Delayed has a method advance, but no states: name them"),
     "no initial states": (delayed(initial_states=None), "no method initial_states"),
     "no advance": (delayed(advance=None), "no method advance"),
     "one initial state for two": (delayed(initial_states=lambda d: (0.0,)), "gives 1 values for the states"),

@@ -101,6 +101,27 @@ def test_the_current_in_millivolts():
     )
 
 
+MEMBRANES = [name for name in ms.membranes.__all__ if hasattr(getattr(ms.membranes, name), "pacing")]
+
+
+@pytest.mark.parametrize("name", [n for n in MEMBRANES if n not in ("Membrane", "FileMembrane")])
+def test_the_current_beside_every_membrane(name):
+    """StretchCurrent: "beside the membrane's current": each is driven from its rest towards the reversal."""
+    membrane = getattr(ms.membranes, name)()
+    rest, ends = membrane.resting_potential(), {}
+    for conductance in (0.0, 2.0):
+        model = held((1.1,), ms.StretchCurrent(conductance=conductance), membrane=membrane)
+        reversal = model.potential.made_from["stretch_currents"][0].fitting(membrane, 1).reversal
+        model.start()
+        for number in range(1, 4):
+            model.step(number * 1e-3)
+        ends[conductance] = model.potential.v.x.array.copy()
+    # As a rate that acts for 3e-3, beside which the membrane has hardly changed.
+    opened = 2.0 * 0.1 / (0.15 if membrane.potential_unit == "mV" else 1.0)
+    wanted = opened * 3e-3 * (reversal - rest)
+    np.testing.assert_allclose(ends[2.0] - ends[0.0], wanted, rtol=0.15)
+
+
 def test_what_is_shortened_has_no_current():
     """StretchCurrent: "what is shortened has no such current"."""
     for stretch in ((1.0,), (0.8,), (0.9, 1.05)):

@@ -118,6 +118,8 @@ def check_law(law: Any, known: Mapping[str, Any], wanted: str) -> None:
     for driver in drivers:
         if driver not in known:
             raise InputError(f"'{driver}' drives {name}, and nothing gives it; {nearest(driver, known)}", KEY)
+    if not states and callable(getattr(law, "advance", None)):
+        raise InputError(f'{name} has a method advance, but no states: name them, states = ("gamma",)', KEY)
     if states:
         for method in ("initial_states", "advance"):
             if not callable(getattr(law, method, None)):
