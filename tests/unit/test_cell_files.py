@@ -322,6 +322,18 @@ def test_a_package_is_missing(made, monkeypatch, package, name, text):
         made(text, name)
 
 
+@pytest.mark.parametrize("name, text", [("cell.mmt", MMT), ("cell.cellml", CELLML)])
+def test_a_home_that_cannot_be_written(made, monkeypatch, tmp_path, name, text):
+    """Myokit makes a folder there when it is imported; root may write anywhere, but not below a file."""
+    for module in [m for m in sys.modules if m.split(".")[0] == "myokit"]:
+        monkeypatch.delitem(sys.modules, module)
+    (tmp_path / "home").write_text("a file")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    file_membrane._parsed.cache_clear()
+    with pytest.raises(InputError, match=r"cell.path: .*could not write .*set HOME"):
+        made(text, name)
+
+
 def test_a_run_and_its_resume(tmp_path):
     """A case runs with a file beside it; it goes on with the same file only."""
     path = case_of(tmp_path, SMALL, "cell.ode", output={"every": 2e-3, "checkpoint_every": 2e-3})

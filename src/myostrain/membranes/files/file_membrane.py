@@ -268,7 +268,7 @@ def _parsed(reader: Callable[[str], Contents], text: str) -> Contents:
 
     Raises:
         Unreadable: It is no model of a cell.
-        InputError: A package is missing.
+        InputError: A package is missing, or cannot write where it wants to.
     """
     try:
         found = reader(text)
@@ -276,6 +276,12 @@ def _parsed(reader: Callable[[str], Contents], text: str) -> Contents:
         raise InputError(
             f"models from files need a package that is not there ({error}): pip install "
             "'myostrain[cellfiles]'",
+            KEY,
+        ) from None
+    except OSError as error:
+        raise InputError(
+            f"the package that reads the file could not write ({error}); Myokit keeps settings in "
+            "~/.config/myokit: set HOME to a folder that can be written, and TMPDIR where the disk is full",
             KEY,
         ) from None
     except RecursionError:
