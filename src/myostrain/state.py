@@ -17,7 +17,8 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 State = dict[str, Any]
-"""Values by name: numbers, texts, None, :class:`FieldState`, lists of these, and further states."""
+"""Values by name: numbers, texts, None, :class:`FieldState`, :class:`CellState`, lists of these, and
+further states."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,3 +36,16 @@ class FieldState:
     def put(self, function: fem.Function) -> None:
         """Give the function these values."""
         function.x.array[:] = self.values
+
+
+@dataclass(frozen=True, eq=False)
+class CellState:
+    """Values at the corners of some cells: the P1 space that numbers the corners, cells, and values.
+
+    The cells are those of this process, in rising order; the values are (cells, corners, values a corner),
+    with the corners in the order of the space.
+    """
+
+    space: fem.FunctionSpace
+    cells: npt.NDArray[np.int64]
+    values: Array

@@ -26,6 +26,7 @@ CASES = {
         SHEET,
         {
             "potential.refinement": 1,
+            "potential.reaction": "interpolated",
             "cell": {"model": "BuenoOrovio2008"},
             "initial": {"center": [10.0, 12.0], "radius": 5.0, "potential": 20.0, "states": {"s": 0.9}},
             "activation": {"law": "rossi-2014", "mu": 1e-2},

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from mesh_files import write_mesh
-from small_cases import ALONE, LINE, SHEET, SOLID, STATIC, changed, command_line, write_case
+from small_cases import ALONE, LINE, REMOVED, SHEET, SOLID, STATIC, changed, command_line, write_case
 
 #: Whatever has a history of its own: schemes, viscosity, pressures, held bodies, the other mass matrix.
 CASES = {
@@ -38,6 +38,7 @@ CASES = {
         {
             "time.end": 0.2,
             "time.step": 4e-3,
+            "potential.reaction": "interpolated",
             "electrodes": {"V1": [10.0, 12.0, 6.0]},
             "output.tip": {"potential": 0.3, "every": 0.02},
             "output.repolarization": [30, 60],
@@ -60,12 +61,26 @@ CASES = {
         {
             "cell": {"model": "BuenoOrovio2008"},
             "initial.potential": 20.0,
-            "potential.diffusivity": 1.0,
+            "potential": {"diffusivity": 1.0, "reaction": "interpolated"},
             "activation": {"law": "rossi-2014", "mu": 500.0},
             "time.step": 2.0,
             "time.end": 40.0,
             "output": {"every": 6.0, "fields": ["activation", "stretch"]},
             "mechanics.every": 3,
+        },
+    ),
+    "front": (
+        SOLID,
+        {
+            "cell": {"model": "TenTusscherPanfilov2006"},
+            "potential": {"diffusivity": 0.1, "mass": "averaged", "reaction": "interpolated"},
+            "initial.potential": 20.0,
+            "mechanics": {"kinematics": "rigid"},
+            "activation": REMOVED,
+            "material": REMOVED,
+            "time.step": 0.1,
+            "time.end": 3.0,
+            "output.every": 1.0,
         },
     ),
     "solid": (SOLID, {}),

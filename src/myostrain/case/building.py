@@ -72,6 +72,7 @@ def _potential(case: Any, body: geometry.Body, deformation: Any) -> Potential:
         diffusivity=case.potential.diffusivity,
         balance=case.potential.balance,
         mass=case.potential.mass,
+        reaction=case.potential.reaction,
         deformation=deformation,
         integrator=case.beginning.integrates(case.cell),
         variations=case.variations,

@@ -33,6 +33,7 @@ NUMERICS = (
         "geometry.layers.",
         "potential.refinement.",
         "potential.mass.",
+        "potential.reaction.",
         "time.step.",
         "time.scheme.",
     ),

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from myostrain import activation, geometry, kinematics, materials, membranes
 from myostrain.course import Course
 from myostrain.electrics.diffusion import Mass
+from myostrain.electrics.front import Current
 from myostrain.electrics.potential import Balance
 from myostrain.errors import InputError
 from myostrain.mechanics.imposed_stretch import ImposedStretch
@@ -131,6 +132,7 @@ class PotentialSection:
     diffusivity: Positive | tuple[Positive, Positive] = 100.0
     balance: Balance = "conservative"
     mass: Mass = "lumped"
+    reaction: Current = "nodal"
     refinement: Level = 0
 
 

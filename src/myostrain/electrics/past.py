@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
+from myostrain.electrics.front import Front, Values
 from myostrain.engine import MPI
 from myostrain.state import FieldState, State
 
@@ -13,9 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-
-Values = tuple[Array, Array]
-"""The potential (nodes,) and the states (states, nodes) of one time."""
 
 
 class Past:
@@ -35,7 +33,10 @@ class Past:
         amounts: What is balanced, of each time.
         values: The potential and the states themselves, of each time; no states where none are needed.
         begun: What the last run began with, None before the first.
+        front: What has a past of its own, between the nodes; None where nothing has.
     """
+
+    front: Front | None = None
 
     def __init__(
         self, rest: float | Array, *, per_volume: bool, conserved: Sequence[int], multistep: bool
@@ -50,6 +51,8 @@ class Past:
         self.times: list[float] = []
         self.amounts: list[Values] = []
         self.values: list[Values] = []
+        if self.front is not None:
+            self.front.clear()
 
     def reset(self) -> None:
         """Forget all past values, and what the last run began with."""
@@ -77,6 +80,8 @@ class Past:
     def shorten(self) -> None:
         """Keep only the newest values."""
         self.amounts, self.values, self.times = self.amounts[:1], self.values[:1], self.times[:1]
+        if self.front is not None:
+            self.front.shorten()
 
     def push(self, time: float, v: Array, states: Array, ratio: Array, keep: int) -> None:
         """Take the values of a time, and keep ``keep`` of them.
@@ -104,6 +109,8 @@ class Past:
         for level in (self.amounts, self.values):
             level[keep_states:] = [(old, np.zeros((0, len(v)))) for old, _ in level[keep_states:]]
         self.times = [time, *self.times[: keep - 1]]
+        if self.front is not None:
+            self.front.accept(keep_states)
 
     def room(self, like: Array) -> Array:
         """An array for the states that nobody holds: one that was given up, or a new one."""
@@ -148,6 +155,8 @@ class Past:
         states = weights[0] * self.values[0][1]
         for w, (_, past) in zip(weights[1:], self.values[1:], strict=False):
             states += w * past
+        if self.front is not None:
+            self.front.extrapolate(weights)
         return total, states
 
     def conserve(self, ratio: Array) -> Values:
@@ -165,6 +174,7 @@ class Past:
             "past": [fields(space, values) for values in self.amounts],
             "values": [fields(space, values) for values in self.values],
             "times": list(self.times),
+            "front": None if self.front is None else self.front.state(),
         }
 
     def restore(self, state: State) -> None:
@@ -173,6 +183,8 @@ class Past:
         self.times = list(state["times"])
         self.begun = values_of(state["begun"]) if state["begun"] else None
         self._spare = []
+        if self.front is not None:
+            self.front.restore(state["front"])
 
 
 def fields(space: Any, values: Values | None) -> list[FieldState]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from myostrain.electrics.diffusion import Diffusion, Mass
+from myostrain.electrics.front import Current, Front
 from myostrain.electrics.initial_values import InitialValues
 from myostrain.electrics.past import Past, fields, values_of
 from myostrain.electrics.stimulus import Applied, AppliedRates, Source
@@ -68,6 +69,8 @@ class Potential:
         balance: "conservative" for (2.8), of J (v − rest) and of the states that the membrane calls
             conserved; or "advective" for J ∂v/∂t = ...
         mass: "lumped" (the paper's finite differences on a line), or "averaged" for smaller errors in space.
+        reaction: "nodal": the membrane is evaluated at the nodes; "interpolated": also between those over
+            which a front passes (:class:`~myostrain.electrics.front.Front`), for one as narrow as a cell.
         deformation: F and J of the body, UFL expressions that somebody else updates; None for a rigid body.
         integrator: How the membrane's states advance; unless given, exponentially for a membrane with gates,
             linearly implicit for one without.
@@ -101,6 +104,7 @@ class Potential:
         diffusivity: float | tuple[float, float] = 1.0,
         balance: Balance = "conservative",
         mass: Mass = "lumped",
+        reaction: Current = "nodal",
         deformation: Deformation | None = None,
         integrator: Integrator | None = None,
         variations: Sequence[Variation] = (),
@@ -114,12 +118,13 @@ class Potential:
         refuse_former(former, FORMER, "Potential")
         if membrane is None:
             raise InputError("give a membrane, such as membrane=ms.membranes.FitzHughNagumo()", "cell.model")
-        if balance not in ("conservative", "advective"):
-            raise InputError(
-                f"'{balance}' is no balance; allowed: conservative, advective", "potential.balance"
-            )
-        if mass not in ("lumped", "averaged"):
-            raise InputError(f"'{mass}' is no mass matrix; allowed: lumped, averaged", "potential.mass")
+        for value, what, key, allowed in (
+            (balance, "balance", "balance", get_args(Balance)),
+            (mass, "mass matrix", "mass", get_args(Mass)),
+            (reaction, "reaction", "reaction", get_args(Current)),
+        ):
+            if value not in allowed:
+                raise InputError(f"'{value}' is no {what}; allowed: {', '.join(allowed)}", f"potential.{key}")
         along, across = np.broadcast_to(np.asarray(diffusivity, dtype=float), (2,))
         if not (along > 0 and across > 0):
             raise InputError(
@@ -162,6 +167,15 @@ class Potential:
                 '"advective"',
                 "cell.integrator",
             )
+        if reaction == "interpolated":
+            if self.past.per_volume and self.past.conserved:
+                raise InputError(
+                    f'"interpolated" does not balance J {conserved[0]} of {type(membrane).__name__} where '
+                    'the volume changes: take reaction = "nodal", or balance = "advective"',
+                    "potential.reaction",
+                )
+            points = Reaction(membrane, integrator, self.varying, lasting(body.comm))
+            self.past.front = Front(space, points, self.local_rest, self.range[1] - self.range[0], mass)
         chosen = options or {}
         defaults: dict[str, str | int | float | bool | None] = {
             "ksp_type": "cg" if self._diffusion.symmetric else "bcgs",
@@ -303,21 +317,30 @@ class Potential:
         step = Step(end - self.past.times[0], float(weights[0]), past, before, before_v, order)
         room = self.past.room(self._states)
         self._states, current, slope, bad = self._reaction.solve(guess, self._states, step, room)
-        self._reaction.refuse(bad, self._states, self.v.function_space, end)
+        self._reaction.refuse(bad, self._states, self._place, end)
+        between = np.zeros((2, 1))  # what the current between the nodes adds to the load and its derivative
+        if (front := self.past.front) is not None:
+            nodal, varying = self.ratio * np.array([current, slope]), self._reaction.varying
+            times = end, self.past.times[0]
+            between = front.solve(guess, nodal, self.ratio, varying, self.past.values, times, weights)
         current, slope = self._stretch.added(guess, current, slope)
         if (applied := self._applied.rate([end, *self.past.times], weights)) is not None:
             current = current - applied
-        implicit = self.ratio * self.weight * slope
-        explicit = self.ratio * (current + self.past.rate(weights, self.ratio))
+        load = self._diffusion.load(self.ratio * (current + self.past.rate(weights, self.ratio))) + between[0]
+        implicit = self.ratio * self.weight * slope + between[1]
         diagonal = self._diffusion.put(self._weight, implicit)
         self._count()
-        self._b.x.array[:] = implicit * guess - self._diffusion.load(explicit)
+        self._b.x.array[:] = implicit * guess - load
         if self.solver.renews:
             added = FieldState(self.v.function_space, diagonal)
             self._origin = {"body": self._diffusion.body(), "diagonal": added}
         self.v.x.array[:] = guess
         self.solver.solve(self._b.x.petsc_vec, self.v.x.petsc_vec)
         self.v.x.scatter_forward()
+
+    def _place(self, node: int) -> Array:
+        """Where a node is."""
+        return self.v.function_space.tabulate_dof_coordinates()[node, : self.body.dim]
 
     def accept(self, time: float, keep: int) -> None:
         """Take the present fields as those of a step that ended at ``time`` and keep ``keep`` past ones."""

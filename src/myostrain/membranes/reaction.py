@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from myostrain.engine import MPI
@@ -42,6 +42,8 @@ class Reaction:
     Attributes:
         integrator: The integrator.
         multistep: Whether it needs past values and a guess of the states.
+        written: Whether the integrator writes its steps down, so that they are compiled.
+        varying: Values (nodes,) of the parameters that vary, of the last solve.
     """
 
     def __init__(
@@ -60,10 +62,10 @@ class Reaction:
         self._given = dict(varying or {})
         self.names = tuple(getattr(membrane, "states", ()))
         self._gates = [self.names.index(g) for g in getattr(membrane, "gates", ()) if g in self.names]
-        self._written = hasattr(self.integrator, "formula")
+        self.written = hasattr(self.integrator, "formula")
         self._programs: dict[Any, Program] = {}
         self._trace(0)
-        if not self._written and not callable(getattr(self.integrator, "advance", None)):
+        if not self.written and not callable(getattr(self.integrator, "advance", None)):
             raise InputError(
                 f"{type(self.integrator).__name__} is no integrator: it has no method advance",
                 "cell.integrator",
@@ -106,13 +108,13 @@ class Reaction:
         """
         held = dict(vars(self.membrane)) if hasattr(self.membrane, "__dict__") else {}
         arrays = {n: x for n, x in held.items() if isinstance(x, np.ndarray) and x.shape == (nodes,)}
-        self._varying = {n: np.ascontiguousarray(x, dtype=float) for n, x in (arrays | self._given).items()}
+        self.varying = {n: np.ascontiguousarray(x, dtype=float) for n, x in (arrays | self._given).items()}
         signature = [
             (name, name in arrays, self._fixed(value) if name not in arrays else None)
             for name, value in held.items()
         ]
         if signature != self._signature:
-            self._model, self._programs = traced(self.membrane, tuple(self._varying)), {}
+            self._model, self._programs = traced(self.membrane, tuple(self.varying)), {}
             self._signature = [
                 (name, given, None if given else self._fixed(held[name])) for name, given, _ in signature
             ]
@@ -125,6 +127,12 @@ class Reaction:
         if isinstance(value, np.ndarray):
             return value.tobytes()
         return value if isinstance(value, (bool, int, float, str, type(None))) else id(value)
+
+    def vary(self, values: Mapping[str, Array]) -> None:
+        """Take other values (nodes,) of the parameters that vary, of as many nodes as the next solve has."""
+        if values.keys() != self._given.keys():
+            self._signature = None
+        self._given = dict(values)
 
     @property
     def compiled(self) -> bool:
@@ -148,16 +156,16 @@ class Reaction:
         """
         self._trace(len(v))
         model = self._model
-        if model is None or not self._written:
+        if model is None or not self.written:
             found = self._advanced(v, states, step)
             return (*found, -1)
         if out is None:
             out = np.empty_like(states)
         current, slope = np.empty_like(v), np.empty_like(v)
-        varying = [self._varying[f.value] for f in model.fields]
+        varying = [self.varying[f.value] for f in model.fields]
         numbers = model.numbers(self.membrane)
         if self.multistep:
-            program = self._programs.get("multistep") or self._multistep(model)
+            program = self._programs.get("multistep") or self._multistep()
             inputs = [v, *states, *step.history, *varying]
             bad = program(inputs, [step.weight, *numbers], [*out, current, slope])
             return out, current, slope, bad
@@ -168,12 +176,12 @@ class Reaction:
         for sub in range(1, count):
             part = (1 - sub / count) * step.potential + sub / count * v
             begun = start if order > 1 else part
-            program = self._programs.get((order, False)) or self._exponential(model, order, last=False)
+            program = self._programs.get((order, False)) or self._exponential(order, last=False)
             bad = program([part, begun, *before, *varying], length, [*out])
             if bad >= 0:
                 return out, current, slope, bad
             before, start = out, part
-        program = self._programs.get((order, True)) or self._exponential(model, order, last=True)
+        program = self._programs.get((order, True)) or self._exponential(order, last=True)
         begun = start if order > 1 else v
         bad = program([v, begun, *before, *varying], length, [*out, current, slope])
         return out, current, slope, bad
@@ -189,7 +197,18 @@ class Reaction:
         current, slope = with_slope(lambda at: membrane.current(at, states), v)
         return states, np.broadcast_to(current, v.shape), np.broadcast_to(slope, v.shape)
 
-    def _multistep(self, model: Traced) -> Program:
+    def _alone(self) -> Traced:
+        """The equations in a graph of their own.
+
+        Sums are in the order in which their terms came into a graph. Beside formulas of other steps, which a
+        resumed run may not need, a program could have other bits.
+        """
+        model = traced(self.membrane, tuple(self.varying))
+        assert model is not None
+        return model
+
+    def _multistep(self) -> Program:
+        model = self._alone()
         graph, v = model.graph, model.graph.input("v")
         guess = [graph.input(f"guess {name}") for name in self.names]
         history = [graph.input(f"history {name}") for name in self.names]
@@ -197,7 +216,8 @@ class Reaction:
         states = self.integrator.formula(lambda s: model.rates(v, s), guess, history, weight)
         return self._program("multistep", model, [v, *guess, *history], weight, states, v)
 
-    def _exponential(self, model: Traced, order: int, *, last: bool) -> Program:
+    def _exponential(self, order: int, *, last: bool) -> Program:
+        model = self._alone()
         graph, v = model.graph, model.graph.input("v")
         start = graph.input("v before")
         before = [graph.input(f"before {name}") for name in self.names]
@@ -231,13 +251,13 @@ class Reaction:
         self._programs[key] = made
         return made
 
-    def refuse(self, bad: int, states: Array, space: Any, end: float) -> None:
+    def refuse(self, bad: int, states: Array, place: Callable[[int], Array], end: float) -> None:
         """Stop where a gate or another state is no longer what it may be (collective).
 
         Args:
             bad: The first such node of this process, -1 for none.
             states: The states (states, nodes).
-            space: The P1 space of the nodes.
+            place: Where a node is.
             end: Time at the end of the step.
 
         Raises:
@@ -247,8 +267,7 @@ class Reaction:
             return
         found = None
         if bad >= 0:
-            X = space.tabulate_dof_coordinates()[bad, : space.mesh.geometry.dim]
-            found = self.wrong(states, bad), [round(float(x), 6) for x in X]
+            found = self.wrong(states, bad), [round(float(x), 6) for x in place(bad)]
         what, where = next(f for f in self._comm.allgather(found) if f is not None)
         raise ComputationError(f"{what} near {where}", time=end, where=where, advice="a smaller time step.")
 

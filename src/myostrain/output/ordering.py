@@ -6,6 +6,7 @@ from typing import Any
 
 from myostrain.engine import fem, lasting
 from myostrain.geometry.numbering import canonical_numbers
+from myostrain.state import CellState
 
 import numpy as np
 import numpy.typing as npt
@@ -57,6 +58,40 @@ class Ordering:
     def take(self, whole: Array) -> Array:
         """This process's local values, ghosts included, of a whole array that every process has."""
         return whole[self.positions]
+
+
+def gather_cells(ordering: Ordering, state: CellState) -> tuple[Numbers | None, Array | None]:
+    """Values of cells on the first process, None elsewhere (collective).
+
+    Returns:
+        Canonical numbers of the cells' corners (cells, corners), rising, and the values there; the cells in
+        the order of their corners.
+    """
+    numbers = ordering.positions[state.space.dofmap.list[state.cells]]
+    turn = np.argsort(numbers, axis=1)
+    mine = np.take_along_axis(numbers, turn, 1), np.take_along_axis(state.values, turn[..., None], 1)
+    parts = lasting(state.space.mesh.comm).gather(mine, root=0)
+    if parts is None:
+        return None, None
+    corners, values = (np.concatenate(each) for each in zip(*parts, strict=True))
+    order = np.lexsort(corners.T[::-1])
+    return corners[order], values[order]
+
+
+def take_cells(ordering: Ordering, space: fem.FunctionSpace, corners: Numbers, values: Array) -> CellState:
+    """This process's part of what :func:`gather_cells` gave, which every process has."""
+    own = space.mesh.topology.index_map(space.mesh.topology.dim).size_local
+    numbers = ordering.positions[space.dofmap.list[:own]]
+    turn = np.argsort(numbers, axis=1)
+    mine, given = (
+        np.ascontiguousarray(rows).view([("", np.int64)] * rows.shape[1]).reshape(-1)
+        for rows in (np.take_along_axis(numbers, turn, 1), corners)
+    )
+    cells = np.flatnonzero(np.isin(mine, given))
+    found = np.empty((len(cells), *values.shape[1:]))
+    rows = np.searchsorted(given, mine[cells])
+    np.put_along_axis(found, turn[cells, :, None], values[rows], 1)
+    return CellState(space, cells, found)
 
 
 def _parts(space: fem.FunctionSpace) -> list[tuple[Any, Any]]:

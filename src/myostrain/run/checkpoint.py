@@ -15,9 +15,9 @@ from myostrain.engine import fem, lasting
 from myostrain.errors import InputError
 from myostrain.output.folder import on_first, read_regular, write_atomically
 from myostrain.output.manifest import make_folder
-from myostrain.output.ordering import Ordering
+from myostrain.output.ordering import Ordering, gather_cells, take_cells
 from myostrain.solvers.linear import global_dofs
-from myostrain.state import FieldState, State
+from myostrain.state import CellState, FieldState, State
 
 import numpy as np
 
@@ -26,6 +26,9 @@ FORMAT = "myostrain checkpoint 3"
 
 #: Names of the files.
 NAMES = re.compile(r"step-\d{9,}\.ckpt")
+
+#: What stands for values in cells.
+CELLS = {"space", "corners", "values"}
 
 #: How many are kept.
 KEPT = 2
@@ -150,6 +153,12 @@ class Checkpoints:
                     raise _Damage("it lacks numbers of a field")
                 if array.shape != (size,) and tree["mesh"] == self._mesh:
                     raise _Damage(f"a field has {array.shape} numbers in place of {size}")
+            elif isinstance(value, dict) and value.keys() == CELLS:
+                if value["space"] not in self._spaces:
+                    raise InputError("the checkpoint is that of another case; run anew", "--resume")
+                corners, values = (arrays.get(str(value[name])) for name in ("corners", "values"))
+                if corners is None or values is None or corners.shape != values.shape[:2]:
+                    raise _Damage("it lacks numbers of some cells")
             elif isinstance(value, dict):
                 waiting += value.values()
             elif isinstance(value, list):
@@ -185,11 +194,11 @@ class Checkpoints:
         if isinstance(value, FieldState):
             label = self._label(value.space)
             whole = self._ordering(label).gather(value.values)
-            name = ""
-            if whole is not None:
-                name = hashlib.blake2b(whole.tobytes(), digest_size=16).hexdigest()
-                arrays[name] = whole
-            return {"field": label, "array": name}
+            return {"field": label, "array": _put(whole, arrays)}
+        if isinstance(value, CellState):
+            label = self._label(value.space)
+            corners, values = gather_cells(self._ordering(label), value)
+            return {"space": label, "corners": _put(corners, arrays), "values": _put(values, arrays)}
         if isinstance(value, dict):
             return {key: self._packed(entry, arrays) for key, entry in value.items()}
         if isinstance(value, list | tuple):
@@ -200,6 +209,10 @@ class Checkpoints:
         if isinstance(value, dict) and value.keys() == {"field", "array"}:
             label = value["field"]
             return FieldState(self._spaces[label], self._ordering(label).take(arrays[value["array"]]))
+        if isinstance(value, dict) and value.keys() == CELLS:
+            label = value["space"]
+            corners, values = (arrays[value[name]] for name in ("corners", "values"))
+            return take_cells(self._ordering(label), self._spaces[label], corners, values)
         if isinstance(value, dict):
             return {key: self._unpacked(entry, arrays) for key, entry in value.items()}
         if isinstance(value, list):
@@ -226,6 +239,15 @@ def file_digests(files: Mapping[str, Sequence[Path]], comm: Any) -> dict[str, st
         return found
 
     return dict(comm.bcast(digests() if comm.rank == 0 else None, root=0))
+
+
+def _put(array: Any, arrays: dict[str, Any]) -> str:
+    """Put an array among others, if there is one, under a name that equal ones share."""
+    if array is None:
+        return ""
+    name = hashlib.blake2b(array.tobytes(), digest_size=16).hexdigest()
+    arrays[name] = array
+    return name
 
 
 class _Damage(Exception):
