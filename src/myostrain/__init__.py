@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from myostrain import activation, geometry, kinematics, materials, membranes, theory
     from myostrain.case.case import Case
     from myostrain.case.running import run_case
+    from myostrain.conduction import cable
     from myostrain.coupling import Electromechanics
     from myostrain.electrics import (
         Drive,
@@ -70,6 +71,7 @@ __all__ = [
     "Variation",
     "activation",
     "build",
+    "cable",
     "cell",
     "geometry",
     "kinematics",
@@ -83,6 +85,7 @@ __all__ = [
 _MODULES = {
     "case.case": ("Case",),
     "case.running": ("run_case",),
+    "conduction": ("cable",),
     "coupling": ("Electromechanics",),
     "electrics": (
         "Drive",

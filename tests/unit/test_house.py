@@ -24,6 +24,7 @@ LAYERS = [
     {"output"},
     {"run"},
     {"single_cell"},
+    {"conduction"},
     {"case"},
     {"reproduce", "doctor"},
     {"cli"},

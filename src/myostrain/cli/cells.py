@@ -1,4 +1,4 @@
-"""Commands of membranes without a body."""
+"""Commands of membranes: a cell without a body, and a wave on a cable."""
 
 from __future__ import annotations
 
@@ -28,6 +28,31 @@ def membrane_of(model: str, values: dict[str, Any]) -> Any:
     else:
         raise InputError(f"'{model}' is no membrane; {nearest(model, set(CELLS) - {'file'})}", "MODEL")
     return make(cls, getattr(cls, "gathered", dict)(values), "cell", also=("stimulus",))
+
+
+def _asked(model: str, overrides: list[str] | None) -> tuple[Any, tuple[float, float] | None]:
+    """The membrane of a command, and the stimulus; None where neither it nor the membrane says one."""
+    from myostrain.case.overrides import override
+
+    values: dict[str, Any] = {}
+    override(values, overrides or [])
+    stimulus = values.pop("stimulus", {})
+    membrane = membrane_of(model, values)
+    known = ("strength", "duration")
+    if not isinstance(stimulus, dict) or not set(stimulus) <= set(known):
+        raise InputError("give stimulus.strength and stimulus.duration", "--set stimulus")
+    if not all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in stimulus.values()):
+        raise InputError("give numbers", "--set stimulus")
+    declared = dict(zip(known, getattr(membrane, "pacing", None) or (), strict=False))
+    both = {**declared, **stimulus}
+    return membrane, (both["strength"], both["duration"]) if len(both) == 2 else None
+
+
+def _called(model: str, membrane: Any) -> str:
+    """What a command calls a membrane: its name, or that of its file."""
+    from myostrain.case.sections import CELLS
+
+    return type(membrane).__name__ if model in CELLS else Path(model).stem
 
 
 @app.command()
@@ -66,7 +91,6 @@ def cell(
 ) -> None:
     """Pace a membrane without a body: durations, calcium, a picture, a state for tissues to begin with."""
     _load_engine()
-    from myostrain.case.overrides import override
     from myostrain.case.parsing import plain
     from myostrain.case.sections import CELLS
     from myostrain.output.folder import free_name
@@ -77,25 +101,15 @@ def cell(
         for name in sorted(set(CELLS) - {"file"}):
             typer.echo(f"{name:26}{(CELLS[name].__doc__ or '').splitlines()[0]}")
         return
-    values: dict[str, Any] = {}
-    override(values, overrides or [])
-    stimulus = values.pop("stimulus", {})
-    membrane = membrane_of(model, values)
-    known = ("strength", "duration")
-    if not isinstance(stimulus, dict) or not set(stimulus) <= set(known):
-        raise InputError("give stimulus.strength and stimulus.duration", "--set stimulus")
-    if not all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in stimulus.values()):
-        raise InputError("give numbers", "--set stimulus")
-    declared = dict(zip(known, getattr(membrane, "pacing", None) or (), strict=False))
-    both = {**declared, **stimulus}
-    name = type(membrane).__name__ if model in CELLS else Path(model).stem
+    membrane, stimulus = _asked(model, overrides)
+    name = _called(model, membrane)
     folder = out if out is not None else free_name(Path("runs") / f"cell-{name}")
     with _warnings_shown(True), ProgressDisplay(True, bar=not quiet) as display:
         paced = pace(
             membrane,
             cycle=cycle,
             beats=beats,
-            stimulus=(both["strength"], both["duration"]) if len(both) == 2 else None,
+            stimulus=stimulus,
             step=step,
             progress=lambda end: display.start(name, beats, end),
         )
@@ -108,3 +122,95 @@ def cell(
         elif key in paced.notes:
             screen.print(f"  {key:22} none: {paced.notes[key]}")
     screen.print(f"numbers in {folder / 'results.json'}, the picture {folder / 'figures' / 'cell.png'}")
+
+
+@app.command()
+def cable(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="A membrane, or a file that holds one.")],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Change a parameter, such as set=ENDO; or stimulus.strength, stimulus.duration.",
+        ),
+    ] = None,
+    diffusivity: Annotated[
+        float | None,
+        typer.Option("--diffusivity", metavar="D", help="0.1 mm²/ms by default; 1 where time has no unit."),
+    ] = None,
+    velocity: Annotated[
+        float | None,
+        typer.Option(
+            "--velocity",
+            metavar="V",
+            help="A wanted velocity, mm/ms for a membrane in ms: find the D for it.",
+        ),
+    ] = None,
+    spacing: Annotated[
+        float | None,
+        typer.Option("--spacing", metavar="H", help="Distance of nodes; fine enough by default."),
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option("--step", metavar="DT", help="Step of time; fine enough by default.")
+    ] = None,
+    length: Annotated[
+        float | None,
+        typer.Option("--length", metavar="L", help="Length of the cable; long enough by default."),
+    ] = None,
+    mass: Annotated[
+        str, typer.Option("--mass", metavar="averaged|lumped", help="Mass matrix, as potential.mass.")
+    ] = "averaged",
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")
+    ] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
+    ] = False,
+) -> None:
+    """Measure a membrane's conduction velocity on a rigid cable, or find the diffusivity for a wanted one."""
+    _load_engine()
+    from myostrain.case.parsing import plain
+    from myostrain.conduction import cable as measure
+    from myostrain.conduction import write_cable
+    from myostrain.output.folder import check_path, free_name
+
+    membrane, stimulus = _asked(model, overrides)
+    changed = any(text.lstrip().startswith("stimulus") for text in overrides or [])
+    name = _called(model, membrane)
+    folder = out if out is not None else free_name(Path("runs") / f"cable-{name}")
+    check_path(folder, "--out")
+    with _warnings_shown(True), ProgressDisplay(True, bar=not quiet) as display:
+        found = measure(
+            membrane,
+            diffusivity=diffusivity,
+            velocity=velocity,
+            spacing=spacing,
+            step=step,
+            length=length,
+            stimulus=stimulus if changed else None,
+            mass=mass,  # type: ignore[arg-type]
+            progress=lambda what, nodes, end: display.start(f"{name}, {what}", nodes, end, "X"),
+        )
+    results = write_cable(found, folder, type(membrane).__name__, plain(membrane), force=force)
+    units = results["units"]
+
+    def line(key: str, value: float, of: str) -> None:
+        screen.print(f"  {key:22} {value:.5g} {units.get(of, '')}".rstrip())
+
+    screen.print(f"{name} on a rigid cable")
+    line("velocity", found.velocity, "velocity")
+    if results["velocity_cm_per_s"] is not None:
+        line("", results["velocity_cm_per_s"], "velocity_cm_per_s")
+    line("error, about", found.error, "velocity")
+    line("diffusivity", found.diffusivity, "diffusivity")
+    for mesh in results["meshes"]:
+        h, dt = (f"{mesh[key]:.4g} {units.get(key, '')}".rstrip() for key in ("spacing", "step"))
+        line(f"h = {h}, {dt}", mesh["velocity"], "velocity")
+    if found.off is not None:
+        screen.print(f"  {'off the wanted one':22} {100 * found.off:.2g} %")
+    screen.print(f"numbers in {folder / 'results.json'}, the picture {folder / 'figures' / 'cable.png'}")

@@ -49,10 +49,11 @@ class ProgressDisplay:
         if self._bar is not None:
             self._bar.stop()
 
-    def start(self, name: str, steps: int, end: float) -> _Track:
-        """Begin to show a run of ``steps`` steps to the time ``end``."""
+    def start(self, name: str, steps: int, end: float, coordinate: str = "t") -> _Track:
+        """Begin to show a run of ``steps`` steps to the time ``end``, or to that place of a coordinate."""
         task = None if self._bar is None else self._bar.add_task(name, total=steps, detail="")
-        return _Track(self._bar, task, name, steps, end, lines=self._active and self._bar is None)
+        lines = self._active and self._bar is None
+        return _Track(self._bar, task, name, steps, end, coordinate, lines=lines)
 
     def computations(self, name: str, done: float, total: float) -> None:
         """Show that the computation ``name`` is done, and how much of the whole that makes."""
@@ -67,15 +68,17 @@ class ProgressDisplay:
 
 
 class _Track:
-    def __init__(self, bar: Any, task: Any, name: str, steps: int, end: float, *, lines: bool) -> None:
+    def __init__(
+        self, bar: Any, task: Any, name: str, steps: int, end: float, coordinate: str, *, lines: bool
+    ) -> None:
         self._bar, self._task, self._name, self._steps, self._end = bar, task, name, steps, end
-        self._lines = lines
+        self._coordinate, self._lines = coordinate, lines
         self._begin = self._shown = time.monotonic()
 
     def update(self, step: int, reached: float) -> None:
         """Show that ``step`` steps are done, to the simulated time ``reached``."""
         now = time.monotonic()
-        place = f"t = {reached:.4g} of {self._end:g}, step {step} of {self._steps}"
+        place = f"{self._coordinate} = {reached:.4g} of {self._end:g}, step {step} of {self._steps}"
         if self._bar is not None and (now - self._shown > 0.1 or step == self._steps):
             self._bar.update(self._task, completed=step, detail=place)
             self._shown = now
