@@ -84,6 +84,57 @@ WRONG = {
     ),
     "a range that is none": (changed(range=(1.0, 0.0)), r"Mine\.range is \(1\.0, 0\.0\)"),
     "a threshold out of range": (changed(threshold=50.0), r"Mine\.threshold is 50\.0"),
+    "no range": (
+        changed(range=None, threshold=None, current=lambda self, v, states: v + 85.0),
+        r"Mine rests at -85, far out of its range \(0\.0, 1\.0\): declare the range",
+    ),
+    "a range in a word": (changed(range="wide"), r"Mine\.range is 'wide'"),
+    "a threshold in a word": (changed(threshold="high"), r"Mine\.threshold is 'high'"),
+    "gates by number": (changed(gates=3), r"Mine\.gates is 3; give names"),
+    "no current back": (
+        changed(current=lambda self, v, states: None),
+        r"Mine\.current gives None; give a num",
+    ),
+    "truth for current": (
+        changed(current=lambda self, v, states: v > 0),
+        r"Mine\.current gives array\(\[False",
+    ),
+    "no rate back": (
+        changed(rates=lambda self, v, states: (None, -states[1])),
+        r"Mine\.rates\[0\] gives None",
+    ),
+    "rates by name": (
+        changed(rates=lambda self, v, states: {"gate": v, "calcium": v}),
+        r"Mine\.rates gives a dict; give a sequence",
+    ),
+    "rates by node": (
+        changed(rates=lambda self, v, states: np.zeros((7, 2))),
+        "rates gives 7 for the states",
+    ),
+    "a rate of another length": (
+        changed(rates=lambda self, v, states: (np.zeros(3), -states[1])),
+        r"Mine\.rates\[0\] gives values of shape \(3,\) for 7 nodes",
+    ),
+    "a column": (changed(current=lambda self, v, states: np.zeros((7, 1))), r"shape \(7, 1\) for 7 nodes"),
+    "one state by itself": (
+        changed(resting_states=lambda self: 0.1),
+        r"resting_states gives 0\.1; give a finite",
+    ),
+    "a resting state in a word": (
+        changed(resting_states=lambda self: ("open", 0.1)),
+        r"resting_states gives \('open', 0\.1\)",
+    ),
+    "no resting potential back": (
+        changed(resting_potential=lambda self: None),
+        "resting_potential gives None",
+    ),
+    "infinite": (
+        changed(rates=lambda self, v, states: (v * np.inf, -states[1])),
+        r"Mine\.rates\[0\] is nowhere finite",
+    ),
+    "a division by zero": (changed(current=lambda self, v, states: 1 / 0), "failed: ZeroDivisionError"),
+    "an unknown name": (changed(current=lambda self, v, states: missing * v), "failed: NameError"),  # noqa: F821
+    "other arguments": (changed(current=lambda self, v: v), "Mine.current failed: TypeError"),
     "an unknown calcium": (changed(calcium="Cai"), r"calcium is 'Cai', which is none of its states"),
 }
 

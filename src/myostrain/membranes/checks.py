@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from myostrain.errors import InputError
+from myostrain.errors import InputError, shown
 from myostrain.membranes.linearly_implicit import with_slope
 from myostrain.membranes.tracing import traced
 
@@ -42,16 +42,22 @@ def check_membrane(membrane: Any) -> None:
         raise InputError(f"{name} has states, but no method resting_states{former}", KEY)
     low, high = _range(membrane, name)
     rest = _called(membrane, "resting_potential")
-    if not np.ndim(rest) == 0 or not np.isfinite(rest):
+    if not _are_numbers(rest, ()):
         raise InputError(f"{name}.resting_potential gives {rest!r}; give a number", KEY)
+    if not 2 * low - high <= rest <= 2 * high - low:
+        raise InputError(
+            f"{name} rests at {rest:g}, far out of its range {(low, high)}: declare the range "
+            "(lowest, highest) and the threshold, which are (0, 1) and 0.5 unless given",
+            KEY,
+        )
     values = _called(membrane, "resting_states") if states else ()
-    if np.shape(values) != (len(states),) or not np.isfinite(np.asarray(values, dtype=float)).all():
+    if not _are_numbers(values, (len(states),)):
         raise InputError(
             f"{name}.resting_states gives {values!r}; give a finite number for each of {list(states)}", KEY
         )
     for what in ("gates", "conserved"):
         named = getattr(membrane, what, ())
-        if isinstance(named, str) or not set(named) <= set(states):
+        if isinstance(named, str) or not isinstance(named, Collection) or not set(named) <= set(states):
             raise InputError(f"{name}.{what} is {named!r}; give names among its states {list(states)}", KEY)
     calcium = getattr(membrane, "calcium", None)
     if calcium is not None and calcium not in states:
@@ -64,6 +70,10 @@ def check_membrane(membrane: Any) -> None:
     _sampled(membrane, name, "current", v, present, (), complex_step)
     if states:
         found = _called(membrane, "rates", v, present)
+        if isinstance(found, Mapping):
+            raise InputError(
+                f"{name}.rates gives a {type(found).__name__}; give a sequence, as states is", KEY
+            )
         if not hasattr(found, "__len__") or len(found) != len(states):
             count = len(found) if hasattr(found, "__len__") else "one value"
             raise InputError(f"{name}.rates gives {count} for the states {list(states)}; give one each", KEY)
@@ -73,12 +83,21 @@ def check_membrane(membrane: Any) -> None:
 
 def _range(membrane: Any, name: str) -> tuple[float, float]:
     found = getattr(membrane, "range", (0.0, 1.0))
-    if np.shape(found) != (2,) or not np.isfinite(found).all() or not found[0] < found[1]:
+    if not _are_numbers(found, (2,)) or not found[0] < found[1]:
         raise InputError(f"{name}.range is {found!r}; give (lowest, highest) potential to expect", KEY)
     threshold = getattr(membrane, "threshold", 0.5)
-    if not found[0] < threshold < found[1]:
+    if not _are_numbers(threshold, ()) or not found[0] < threshold < found[1]:
         raise InputError(f"{name}.threshold is {threshold!r}; give a potential within {tuple(found)}", KEY)
     return float(found[0]), float(found[1])
+
+
+def _are_numbers(value: Any, shape: tuple[int, ...]) -> bool:
+    """Whether something is finite numbers, as many as there should be."""
+    try:
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return False
+    return numbers.shape == shape and bool(np.isfinite(numbers).all())
 
 
 def _sampled(
@@ -98,6 +117,10 @@ def _sampled(
         raise InputError(
             f"{what} gives values of shape {np.shape(found)} for {len(v)} nodes; give one a node", KEY
         )
+    if np.asarray(found).dtype.kind not in "fiu":
+        raise InputError(f"{what} gives {shown(found)}; give a number for each node", KEY)
+    if not np.isfinite(np.asarray(found, dtype=float)).any():
+        raise InputError(f"{what} is nowhere finite between {v[0]:g} and {v[-1]:g}, at rest else", KEY)
     if not derivatives:
         return
     shift = 1e-6 * (v[-1] - v[0])
@@ -118,7 +141,7 @@ def _sampled(
 def _called(membrane: Any, method: str, *arguments: Any) -> Any:
     try:
         return getattr(membrane, method)(*arguments)
-    except (TypeError, ValueError, IndexError, KeyError, AttributeError) as error:
+    except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
         raise InputError(
             f"{type(membrane).__name__}.{method} failed: {type(error).__name__}: {error}", KEY
         ) from error

@@ -96,5 +96,5 @@ def _called(function: Callable[..., Any], *arguments: Any) -> Any:
         return function(*arguments)
     except Untraceable:
         raise
-    except (TypeError, AttributeError, ValueError, IndexError) as error:
+    except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
         raise Untraceable(str(error)) from error
