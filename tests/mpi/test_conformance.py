@@ -30,6 +30,7 @@ CELL_FILE = Path(__file__).parents[1] / "data" / "small_cell.ode"
 #: Larger cases on coarser meshes; a case that is not here runs on its own.
 COARSER = {
     "sheet-2d": ["geometry.spacing=6"],
+    "spiral-2d": ["geometry.spacing=6", "output.tip.every=0.2"],
     "slab-3d": ["geometry.spacing=1.5"],
     "ventricle-3d": ["geometry.spacing=3"],
     "niederer-3d": ["geometry.spacing=1.5"],
@@ -140,7 +141,7 @@ def differences(one, other):
     assert first["metrics"].keys() == second["metrics"].keys()
     for name, value in first["metrics"].items():
         compare(name, value, second["metrics"][name])
-    for name in ("probes.csv", "measures.csv"):
+    for name in ("probes.csv", "measures.csv", "tip.csv", "ecg.csv"):
         if (one / name).exists() or (other / name).exists():
             compare(name, table(one / name), table(other / name))
     frames, others = Snapshots(one), Snapshots(other)

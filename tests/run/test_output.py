@@ -112,6 +112,8 @@ def test_rigid_twin(run):
     nothing = dict.fromkeys(("celerity", "width_material", "width_spatial"))
     assert set(compare(nothing, twin["metrics"]).values()) >= {None}
     assert compare({**nothing, "celerity": 1.0}, nothing)["celerity_ratio"] is None
+    spirals = [{**nothing, "tip_period": period} for period in (3.0, 4.0)]
+    assert compare(*spirals)["tip_period_ratio"] == 0.75
 
 
 def test_the_resolved_case_repeats_the_run(run, tmp_path):

@@ -57,7 +57,9 @@ def test_a_standing_tip_is_found_where_it_is(tmp_path, turn):
     np.testing.assert_allclose(rows[:, 0], np.linspace(0.0, 2.0, 7))
     np.testing.assert_allclose(rows[:, 1:5], [[5.1, 4.3, 5.1, 4.3]] * 7, atol=1e-7)  # of nine digits
     assert (rows[:, 5] == turn).all()
-    assert seen.table.metrics() == {"tips": 1, "tips_max": 1}
+    found = seen.table.metrics()
+    assert (found["tips"], found["tips_max"], found["tip_period"]) == (1, 1, None)
+    assert "too few turns" in seen.table.notes()["tip_period"]
 
 
 def test_a_moving_tip_by_a_state(tmp_path):
@@ -72,6 +74,42 @@ def test_a_moving_tip_by_a_state(tmp_path):
     np.testing.assert_allclose(rows[:, 1] + 1j * rows[:, 2], circle(times), atol=1e-7)
     assert (rows[:, 5] == 1).all()
     assert set(seen.table._turn) == {1.0, -1.0}
+
+
+def test_the_core_is_that_of_the_tip_that_was_alone(tmp_path):
+    """Period 2π/0.7 and radius 1.5 of a prescribed circle, though a second tip is beside it for a while."""
+    tip = Tip(potential=0.5, state="recovery", value=0.25)
+    seen = Rotating(tmp_path, tip, circle, shape=ms.geometry.Rectangle(size=(10.0, 9.0), spacing=0.3))
+    z = seen.z
+    for t in np.linspace(0.0, 30.0, 150):
+        if 20 < t < 24:  # not linear: to the interpolation, by less than 0.05
+            field = (z - circle(t)) * np.conj(z - 8.9 - 0.7j) / 5
+            seen.potential.v.x.array[:] = 0.5 + field.real
+            seen.potential.states[0] = 0.25 + field.imag
+            seen.model.time = float(t)
+            seen.table.add(np.zeros(len(z)), 1e-3)
+        else:
+            seen.look(t)
+    found = seen.table.metrics()
+    assert found["tips_max"] == 2
+    assert found["tip_period"] == pytest.approx(2 * np.pi / 0.7, rel=1e-3)
+    assert found["tip_radius"] == pytest.approx(1.5, rel=2e-3)
+    assert found["tip_drift"] < 1e-3
+    assert found["tip_deviation"] < 0.02
+    assert seen.table.notes() == {}
+
+
+def test_a_tip_that_comes_after_all_have_gone_is_another_one(tmp_path):
+    """Its way begins anew: half a turn of it is none, whatever there was before."""
+    seen = Rotating(tmp_path, Tip(potential=0.5, state="recovery", value=0.25), circle)
+    for t in np.linspace(0.0, 30.0, 150):
+        seen.look(t)
+    assert seen.table.metrics()["tip_period"] == pytest.approx(2 * np.pi / 0.7, rel=1e-6)
+    seen.potential.v.x.array[:] = 0.0
+    seen.table.add(np.zeros(len(seen.z)), 1e-3)
+    for t in np.linspace(30.2, 34.0, 20):
+        seen.look(t)
+    assert seen.table.metrics()["tip_period"] is None
 
 
 def test_a_moving_tip_by_the_rate_is_first_order_in_the_step(tmp_path):
@@ -119,7 +157,9 @@ def test_two_tips_and_none(tmp_path):
     seen.table.add(0.5 + (pair * np.exp(1j * OMEGA * 1e-3)).real, 1e-3)
     seen.potential.v.x.array[:] = 0.0
     seen.table.add(np.zeros(len(z)), 1e-3)
-    assert seen.table.metrics() == {"tips": 0, "tips_max": 2}
+    found = seen.table.metrics()
+    assert (found["tips"], found["tips_max"], found["tip_radius"]) == (0, 2, None)
+    assert seen.table.notes() == {"tip_period": "no tip is left"}
     rows = seen.rows()
     np.testing.assert_allclose(rows[:, 1] + 1j * rows[:, 2], [a, b], atol=0.2)
     assert rows[:, 5].tolist() == [1, -1]

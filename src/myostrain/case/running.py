@@ -41,7 +41,10 @@ NUMERICS = (
 )
 
 #: Metrics of the rigid twin that are compared.
-COMPARED = ("celerity", "width_material", "width_spatial")
+COMPARED = (
+    *("celerity", "width_material", "width_spatial"),
+    *("tip_period", "tip_radius", "tip_drift", "tip_deviation"),
+)
 
 
 def run_case(
@@ -226,7 +229,7 @@ def pictures_missing(out: Path) -> bool:
 def compare(metrics: dict[str, Any], rigid: dict[str, Any]) -> dict[str, Any]:
     """The rigid twin's metrics and the ratios to them, None where a number does not exist."""
     found: dict[str, Any] = {}
-    for name in COMPARED:
+    for name in (name for name in COMPARED if name in metrics):
         own, other = metrics[name], rigid[name]
         found[f"{name}_rigid"] = other
         found[f"{name}_ratio"] = own / other if own is not None and other else None

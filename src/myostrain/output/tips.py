@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from myostrain.engine import lasting
 from myostrain.errors import InputError, nearest
+from myostrain.output.rotation import Rotation, rotation
 from myostrain.output.table import Table
 from myostrain.state import State
 from myostrain.validation import Finite, Positive, description
@@ -74,6 +76,9 @@ class TipTable:
     The column ``sense`` is the sign of ∇v × ∇(rate): 1 where the spiral turns anticlockwise, −1 clockwise.
     With a state in place of the rate it is the other way round if that state rises in an excited cell.
 
+    One tip is followed, for its rotation: from a time at which there is one only, among several the nearest
+    to where it was, until there is none.
+
     Args:
         model: The coupled problem, on a sheet.
         tip: What a tip is.
@@ -111,6 +116,7 @@ class TipTable:
         self._size = np.linalg.norm(edges, axis=2).max(axis=1)
         self._found: int = saved["found"] if saved else 0
         self._most: int = saved["most"] if saved else 0
+        self._path: list[list[float]] = list(saved["path"]) if saved else []
         self._table: Table | None = None
         if folder is not None:
             size = saved["size"] if saved else None
@@ -137,24 +143,46 @@ class TipTable:
         if (u := self._model.displacement()) is not None:
             x = X + np.einsum("ki,kij->kj", weights, u[corners])
         rows = np.column_stack([X, x, sign * self._turn[cell], self._size[cell]])
-        parts = self._comm.gather(rows, root=0)
-        count, distinct = 0, np.empty((0, 6))
-        if parts is not None:
-            distinct = _distinct(np.concatenate(parts))
-            count = len(distinct)
-        self._found = self._comm.bcast(count, root=0)
+        distinct = _distinct(np.concatenate(self._comm.allgather(rows)))
+        self._found = len(distinct)
         self._most = max(self._most, self._found)
+        self._follow(distinct[:, :2])
         if self._table is not None:
             self._table.add_rows(self._model.time, distinct[:, :5].tolist())
 
-    def metrics(self) -> dict[str, float]:
-        """Number of tips at the last look, and the largest number at any."""
-        return {"tips": self._found, "tips_max": self._most}
+    def _follow(self, places: Array) -> None:
+        """Go on with the trajectory of the tip that is followed."""
+        if not len(places):
+            self._path = []
+        elif self._path or len(places) == 1:
+            last = self._path[-1][1:] if self._path else places[0]
+            near = np.hypot(*(places - last).T).argmin()
+            self._path.append([self._model.time, *places[near].tolist()])
+
+    def metrics(self) -> dict[str, float | None]:
+        """Number of tips at the last look, the largest number at any, and how the followed tip turns.
+
+        ``tip_period``, ``tip_radius``, ``tip_drift`` and ``tip_deviation`` are those of
+        :class:`~myostrain.output.rotation.Rotation`, in the reference body; None of too few turns.
+        """
+        found = rotation(*np.reshape(self._path, (-1, 3)).T)
+        return {"tips": self._found, "tips_max": self._most} | {
+            f"tip_{field.name}": None if found is None else getattr(found, field.name)
+            for field in dataclasses.fields(Rotation)
+        }
+
+    def notes(self) -> dict[str, str]:
+        """Why a metric is None."""
+        if self.metrics()["tip_period"] is not None:
+            return {}
+        if not self._found:
+            return {"tip_period": "no tip is left"}
+        return {"tip_period": "too few turns, or no circle, in the later half of the way of the tip followed"}
 
     def state(self) -> State:
         """What goes on in a resumed run (collective)."""
         size = None if self._table is None else self._table.size()
-        return {"size": size, "found": self._found, "most": self._most}
+        return {"size": size, "found": self._found, "most": self._most, "path": list(self._path)}
 
     def close(self) -> None:
         """Close the file."""

@@ -159,6 +159,7 @@ class Record:
             **({} if self._tips is None else self._tips.metrics()),
             **self._measures.metrics(),
         }
+        self.notes = {} if self._tips is None else self._tips.notes()
         if self._writer is not None:
             maps = {"activation_times": beats, "conduction_velocity": velocity[None]}
             maps |= {f"repolarization_times_{p:g}": times for p, times in ends.items()}

@@ -80,8 +80,8 @@ def accept(saved: State, now: State, step: float, steps: int) -> list[dict[str, 
     with restoring():
         time, done, changes = float(saved["model"]["time"]), int(saved["model"]["steps"]), saved["changes"]
         float(saved["seconds"])
-        tips = saved["tips"] or {"size": None, "found": 0, "most": 0}
-        int(tips["found"] + tips["most"])
+        tips = saved["tips"] or {"size": None, "found": 0, "most": 0, "path": []}
+        int(tips["found"] + tips["most"] + len(tips["path"]))
         for size in (saved["table"], saved["measures"]["size"], tips["size"], saved["ecg"]):
             if not isinstance(size, int | None):
                 raise ValueError(f"{size!r} is no size of a table")

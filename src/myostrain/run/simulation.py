@@ -371,7 +371,7 @@ class Simulation:
             "processes": model.potential.body.comm.size,
             **summary.about_solution(model),
             "metrics": {**metrics, **record.metrics},
-            "notes": notes,
+            "notes": {**notes, **record.notes},
             "units": self._wanted.about["units"],
             "probes": {name: {"position": positions[name], **at_probes[name]} for name in self.probes.names},
             "output": self._wanted.intervals,

@@ -27,17 +27,17 @@ def draw_tips(recording: Recording, twin: Recording | None, path: Path) -> list[
     if not len(found.get("time", ())):
         return []
     X, x = (np.column_stack([found[name] for name in names]) for names in ("XY", "xy"))
-    panels = [("reference body", "$X$", "$Y$", X, found["time"])]
+    panels = [(f"reference body{_turning(recording)}", "$X$", "$Y$", X, found["time"])]
+    if twin is not None and len((other := twin.table("tip.csv")).get("time", ())):
+        places = np.column_stack([other["X"], other["Y"]])
+        panels.append((f"rigid body{_turning(twin)}", "$X$", "$Y$", places, other["time"]))
     if recording.has("displacement") and not np.array_equal(X, x):
         panels.append(("in space", "$x$", "$y$", x, found["time"]))
-    other = {} if twin is None else twin.table("tip.csv")
-    if len(other.get("time", ())):
-        panels.append(("rigid", "$X$", "$Y$", np.column_stack([other["X"], other["Y"]]), other["time"]))
     outline = recording.points[boundary_edges(recording.cells)]
     low, high = recording.points.min(axis=0), recording.points.max(axis=0)
     margin = 0.04 * (high - low).max()
     width, height = np.maximum(4.2 * (high - low) / (high - low).max(), 1.5)
-    figure = new_figure(1.3 + (width + 0.7) * len(panels), height + 1.3, recording.title, compress=True)
+    figure = new_figure(1.3 + (width + 0.7) * len(panels), height + 1.8, recording.title, compress=True)
     axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     first, last = found["time"].min(), found["time"].max()
     for panel, (title, across, up, places, times) in zip(axes, panels, strict=True):
@@ -53,3 +53,11 @@ def draw_tips(recording: Recording, twin: Recording | None, path: Path) -> list[
     bar.set_label(recording.label("$t$", "time"))
     bar.outline.set_visible(False)
     return [save(figure, path)]
+
+
+def _turning(recording: Recording) -> str:
+    """A line with period and radius of the core, where they were found."""
+    found = recording.metrics
+    if found.get("tip_period") is None:
+        return ""
+    return f"\nperiod {found['tip_period']:.4g}, core radius {found['tip_radius']:.3g}"
