@@ -15,7 +15,8 @@ from membrane_tools import last_beat
 #: So little that the sum with anything is that; and a solver that then only divides.
 ALONE = {"diffusivity": 1e-200, "options": {"ksp_type": "preonly", "pc_type": "lu"}}
 RIGHT = ms.Place(box=((6.5,), (20.0,)))
-KICK = ms.Stimulus(where=ms.Place(box=((-1.0,), (20.0,))), strength=40.0, duration=2.0)
+PLACE = ms.Place(box=((-1.0,), (20.0,)))
+KICK = ms.Stimulus(where=PLACE, strength=40.0, duration=2.0)
 
 LR = ms.membranes.LuoRudy1991
 
@@ -218,6 +219,24 @@ def test_an_equilibrium_stays_where_it_is_alone():
     np.testing.assert_allclose(list(potential.field_values().values()), before, rtol=1e-9)
 
 
+def test_between_the_nodes_too():
+    """A membrane that acts between the nodes has the parameters there: varied everywhere, it is that cell."""
+    start = ms.InitialValues(where=ms.Place(center=(0.0,), radius=1.5), potential=0.0)
+    kept = {"diffusivity": 0.3, "reaction": "interpolated", "initial": [start]}
+    bodies = [
+        ms.Potential(body(), membrane=BO(), variations=[ms.Variation(where=PLACE, set="M")], **kept),
+        ms.Potential(body(), membrane=BO(set="M"), **kept),
+    ]
+    found = []
+    for potential in bodies:
+        model = ms.Electromechanics(potential)
+        model.start()
+        for step in range(1, 21):
+            model.step(0.1 * step)
+        found.append(np.array(list(potential.field_values().values())))
+    np.testing.assert_allclose(*found, rtol=1e-12)  # a mean of two equal numbers is that but for round-off
+
+
 def deforming(variations):
     line = body()
     mechanics = ms.Mechanics(
@@ -304,7 +323,6 @@ def test_a_membrane_of_a_script(cell):
     np.testing.assert_array_equal(both, np.where(X > 6.5, end(there, steps=3)[1], end(cell(), steps=3)[1]))
 
 
-PLACE = ms.Place(box=((-1.0,), (20.0,)))
 WRONG = {
     "unknown": (BO(), {"parameters": {"tau_q": 1.0}}, r"cell.variation.1.tau_q: .*did you mean 'tau_"),
     "a set": (BO(), {"set": "MID"}, r"cell.variation.1.set: 'MID' is no set of BuenoOrovio2008; .*EPI"),
