@@ -45,6 +45,7 @@ bench: $(READY) ## measure work against precision, write docs/benchmarks.md (hal
 	$(RUN) python benchmarks/work_precision.py $(ARGS)
 	$(RUN) python benchmarks/solid.py
 	$(RUN) python benchmarks/electrics.py
+	$(RUN) python benchmarks/membranes.py
 
 docs: $(READY) ## build the documentation in build/docs (no network); start with build/docs/index.html
 	$(RUN) sphinx-build -W --keep-going -q -b html -d build/doctrees docs build/docs

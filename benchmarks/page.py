@@ -1,4 +1,7 @@
-"""docs/benchmarks.md and its plot, from what `work_precision.py` measured."""
+"""docs/benchmarks.md and its plot, from what `work_precision.py` and `membranes.py` measured.
+
+What is measured stands between two comments, and is all that is written again: text around it is kept.
+"""
 
 from __future__ import annotations
 
@@ -37,8 +40,21 @@ def table(header: str, rows: list[str]) -> str:
     return "\n".join([header, "|" + "---|" * (header.count("|") - 1), *rows])
 
 
+def put(name: str, text: str, page: Path = PAGE) -> None:
+    """Write a part of the page: in place of what the last measurement left, else at the end."""
+    first, last = f"<!-- {name}: written by make bench -->", f"<!-- end of {name} -->"
+    old = page.read_text(encoding="utf-8") if page.exists() else "# Benchmarks\n"
+    before, found, rest = old.partition(first)
+    _, closed, after = rest.partition(last)
+    if bool(found) != bool(closed):
+        raise SystemExit(f"{page}: of the comments around {name} one is missing")
+    before = before if found else before.rstrip("\n") + "\n\n"
+    page.write_text(f"{before}{first}\n{text.strip()}\n{last}{after or chr(10)}", encoding="utf-8")
+    print(f"wrote {name} in {page}")
+
+
 def write(found: dict) -> None:
-    """Write the page and draw the plot."""
+    """Write what concerns the sheet and draw the plot."""
     book = found["textbook"]
     book_seconds = book["step"] * found["end"] / 1e-3
     in_time, in_space = found["reference in time"], found["reference in space"]
@@ -51,17 +67,13 @@ def write(found: dict) -> None:
         scaling_section(found),
         rest(found, book),
     ]
-    PAGE.parent.mkdir(exist_ok=True)
-    PAGE.write_text("\n".join(sections), encoding="utf-8")
+    put("sheet", "\n".join(sections))
     draw(found, book_seconds, first_seconds)
-    print(f"wrote {PAGE} and {PLOT}")
 
 
 def intro(found: dict, book: dict, book_seconds: float) -> str:
     low, high = (1e3 * value for value in book["spread"])
-    return f"""# Benchmarks
-
-Written by `make bench`: {processor()}, {os.cpu_count()} cores that others use too, `OMP_NUM_THREADS=1`, one process
+    return f"""Written by `make bench`: {processor()}, {os.cpu_count()} cores that others use too, `OMP_NUM_THREADS=1`, one process
 unless said. Medians of {found["repeat"]} runs, each in a process of its own, the variants in turn, so that the ratios
 are fair although the seconds drift. "Seconds" are those of stepping to t = {found["end"]:g}, without start-up and output.
 
@@ -185,6 +197,43 @@ def rest(found: dict, book: dict) -> str:
 Peak memory {shipped["peak_memory"] / MEGA:.0f} MB, the textbook's {book["peak_memory"] / MEGA:.0f} MB. From the start of Python to the end of the first step of
 `sheet-2d`, kernels cached: {shipped["to_first_step"]:.1f} s.
 """
+
+
+def membranes(found: dict) -> str:
+    """The section on membranes."""
+    rows = []
+    for name, (states, integrator, least, middle) in found["compiled"].items():
+        model, order = name.split()
+        two, plain = found["two"][name][3], found["numpy"][name][3]
+        rows.append(
+            f"| {model} | {states} | {integrator} | {order} | **{least:.1f}** | {middle:.1f} | "
+            f"{middle / two:.2f} | {plain:.0f} | {plain / middle:.0f}× |"
+        )
+    header = (
+        "| model | states | integrator | order | ns, least | ns, median | one / two processes | "
+        "NumPy, ns | NumPy / this |"
+    )
+    text = f"""## Membranes
+
+Processor nanoseconds a node and step on one core: all states advanced, the current and its slope in v, for 16,384 nodes at
+potentials from all of the range, Δt = 0.01 (`benchmarks/membranes.py`). Least and median of {found["repeat"]} repeats in one run, on a
+machine with a load of {found["load"][0]:.0f} to {found["load"][1]:.0f} on {os.cpu_count()} cores: the least is what an idle core would take. "One / two processes": the median
+on one over that of the slower of two that run at once with as many nodes each; 1 is perfect, and other programs on the
+cores lower it. NumPy is what runs without a compiler (median of 3).
+
+{table(header, rows)}
+"""
+    if found["others"]:
+        least, middle = found["compiled"]["TenTusscherPanfilov2006 1"][2:]
+        rows = [f"| this, C | {least:.0f} | {middle:.0f} | 1 |"]
+        rows += [f"| {n} | {a:.0f} | {b:.0f} | {b / middle:.1f} |" for n, (a, b) in found["others"].items()]
+        text += f"""
+What gotranx makes of the same model (ten Tusscher and Panfilov, epicardium) in the same run: generalised Rush–Larsen steps of
+first order, as generated; they include the potential's step, and no slope. On one core:
+
+{table("| TenTusscherPanfilov2006, order 1 | ns, least | ns, median | times this |", rows)}
+"""
+    return text
 
 
 def draw(found: dict, book_seconds: float, first_seconds: float) -> None:

@@ -30,8 +30,17 @@ typedef double unaligned __attribute__((vector_size(8*LANES), aligned(8), may_al
 
 INLINE vec all(double x) { return (vec)EACH(x); }
 INLINE double first(vec x) { return x[0]; }
-INLINE vec load(const double *p) { return *(const unaligned *)p; }
-INLINE void store(double *p, vec x) { *(unaligned *)p = x; }
+/* What comes next is asked for: there are more arrays than a processor foresees. */
+INLINE vec load(const double *p)
+{
+  __builtin_prefetch(p + 8*LANES);
+  return *(const unaligned *)p;
+}
+INLINE void store(double *p, vec x)
+{
+  __builtin_prefetch(p + 8*LANES, 1);
+  *(unaligned *)p = x;
+}
 
 #ifdef WIDE
 
