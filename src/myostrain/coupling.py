@@ -19,6 +19,7 @@ from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.mechanics.seen_stretch import SeenStretch
 from myostrain.schemes import SETTLED, STRONG, Scheme, SecondOrder
 from myostrain.solvers.linear import largest
+from myostrain.solvers.timing import charged
 from myostrain.state import State
 from myostrain.transfer import SameMesh, Transfer
 from myostrain.validation import remembers
@@ -264,8 +265,9 @@ class Electromechanics:
 
     def update_deformation(self) -> None:
         """Make the potential see the body that mechanics hands over now."""
-        self.transfer.hand_over()
-        self.potential.update_deformation()
+        with charged(self.potential):
+            self.transfer.hand_over()
+            self.potential.update_deformation()
 
     def accept(self, end: float, order: int) -> None:
         """Take potential and activation as those at ``end``, keeping ``order`` past ones."""

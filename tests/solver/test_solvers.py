@@ -4,6 +4,7 @@ options.
 
 import subprocess
 import sys
+import time
 
 import myostrain as ms
 import myostrain.mechanics.equilibrium
@@ -12,12 +13,14 @@ from myostrain.kinematics import Line, PlaneStrain, PlaneStress
 from myostrain.materials import NeoHookean, Spring
 from myostrain.solvers.linear import make_ksp
 from myostrain.solvers.newton import ChordNewton
+from myostrain.solvers.timing import timed
 
 import numpy as np
 import pytest
 import ufl
 from dolfinx import mesh as dmesh
 
+import coupled
 from mechanics_tools import GivenStrain, Recorded, described, random_activation, sheet
 
 GMRES = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-8}
@@ -352,3 +355,38 @@ def test_residual_norm(monkeypatch):
     free = np.abs(entries[x > 1e-9]).max()
     assert np.abs(entries).max() > free > 0
     assert mechanics.solver.residual_norm() == pytest.approx(free, rel=1e-12)
+
+
+def test_seconds_of_a_phase_within_itself_count_once():
+    """A phase that calls another of the same object, or fails, has the seconds that passed."""
+
+    class Phase:
+        seconds = 0.0
+
+        @timed
+        def inner(self):
+            time.sleep(0.05)
+
+        @timed
+        def outer(self):
+            self.inner()
+            self.inner()
+            raise ValueError("failed")
+
+    phase = Phase()
+    begin = time.perf_counter()
+    with pytest.raises(ValueError, match="failed"):
+        phase.outer()
+    assert 0.1 <= phase.seconds <= time.perf_counter() - begin
+
+
+def test_handing_over_is_in_the_timers():
+    """The transfer to a nested mesh is the potential's time, the extrapolated body that of mechanics."""
+    model = coupled.line()
+    model.start()
+    model.transfer.hand_over = lambda: time.sleep(0.05)
+    model.mechanics.handed.extrapolate = lambda *arguments: time.sleep(0.05)
+    before = model.potential.seconds, model.mechanics.seconds
+    model.hand_over(0.1)
+    assert model.potential.seconds - before[0] >= 0.05
+    assert model.mechanics.seconds - before[1] >= 0.05

@@ -366,6 +366,7 @@ class Mechanics:
         self._past_activation.clear()
         self.solver.forget()
 
+    @timed
     def hand_over(self, time: float, order: int = 0) -> None:
         """Write the configuration at ``time`` into ``handed``, extrapolated from the accepted ones.
 

@@ -4,8 +4,19 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
+
+
+@contextmanager
+def charged(to: Any) -> Iterator[None]:
+    """Add the wall-clock seconds of what is done meanwhile to an object's ``seconds``, once if nested."""
+    before, begin = to.seconds, time.perf_counter()
+    try:
+        yield
+    finally:
+        to.seconds = before + time.perf_counter() - begin
 
 
 def timed[F: Callable[..., Any]](method: F) -> F:
@@ -13,10 +24,7 @@ def timed[F: Callable[..., Any]](method: F) -> F:
 
     @functools.wraps(method)
     def wrapper(self: Any, *args: Any, **kwargs: Any) -> Any:
-        begin = time.perf_counter()
-        try:
+        with charged(self):
             return method(self, *args, **kwargs)
-        finally:
-            self.seconds += time.perf_counter() - begin
 
     return wrapper  # type: ignore[return-value]
