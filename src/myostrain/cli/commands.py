@@ -180,12 +180,12 @@ def _resumed(asked: Case | None, out: Path | None, overrides: list[str], *, forc
 @app.command()
 def reproduce(
     what: Annotated[
-        list[str] | None, typer.Argument(metavar="WHAT", help="Parts of the paper; all of it by default.")
+        list[str] | None, typer.Argument(metavar="WHAT", help="Chapters, or open-questions; all by default.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the page.")] = Path(
         "runs/reproduce"
     ),
-    quick: Annotated[bool, typer.Option("--quick", help="Coarser settings, under three minutes.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Coarser settings, some four minutes.")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Compute anew what is kept.")] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
+import io
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -28,10 +30,10 @@ def reproduce(
     store: Path | None = None,
     tell: Callable[[str, float, float], None] = lambda name, done, total: None,
 ) -> dict[str, Any]:
-    """Measure, judge, and write ``index.html``, ``figures/*.png`` and ``numbers.json``.
+    """Measure, judge, and write ``index.html``, ``figures/*.png``, ``data/*.csv`` and ``numbers.json``.
 
     Args:
-        what: Chapters; all of them unless given.
+        what: Chapters, or groups of them such as "open-questions"; all of them unless given.
         out: The folder; files of an earlier call are replaced.
         quick: Coarser settings; the page says which.
         fresh: Whether to compute anew what is kept from an earlier call.
@@ -70,6 +72,11 @@ def reproduce(
         for chapter in done.values():
             for picture in chapter.pictures:
                 save(picture.draw(), out / "figures" / f"{picture.name}.png")
+    for chapter in done.values():
+        for table, columns in chapter.data.items():
+            with writing(out):
+                (out / "data").mkdir(exist_ok=True)
+                write_atomically(out / "data" / f"{table}.csv", csv_text(columns))
     numbers: dict[str, Any] = plain_numbers(_numbers(done, quick))
     numbers["seconds"] = round(time.perf_counter() - begin, 1)
     with writing(out):
@@ -91,11 +98,13 @@ def _page() -> Callable[..., str]:
 
 
 def _chosen(what: Sequence[str]) -> list[str]:
-    known = chapters.names()
+    known, groups = chapters.names(), chapters.groups()
+    wanted: set[str] = set()
     for name in what:
-        if name not in known:
-            raise InputError(f"no part is called '{name}'; {nearest(name, known)}", "WHAT")
-    return [name for name in known if name in what or not what]
+        if name not in known and name not in groups:
+            raise InputError(f"no part is called '{name}'; {nearest(name, [*known, *groups])}", "WHAT")
+        wanted |= set(groups.get(name, [name]))
+    return [name for name in known if name in wanted or not what]
 
 
 def _numbers(done: Mapping[str, Chapter], quick: bool) -> dict[str, Any]:
@@ -111,6 +120,9 @@ def _numbers(done: Mapping[str, Chapter], quick: bool) -> dict[str, Any]:
                         "quote": statement.claim.quote,
                         "bounds": dict(statement.claim.bounds),
                         "because": statement.claim.because,
+                        "answer": statement.claim.answer,
+                        "source": statement.claim.source,
+                        "sure": statement.claim.sure,
                         "verdict": statement.verdict.kind,
                         "reading": statement.verdict.reading,
                         "numbers": statement.verdict.numbers,
@@ -122,10 +134,21 @@ def _numbers(done: Mapping[str, Chapter], quick: bool) -> dict[str, Any]:
                 "tables": [dataclasses.asdict(table) for table in chapter.tables],
                 "differences": [dataclasses.asdict(difference) for difference in chapter.differences],
                 "figures": [f"figures/{picture.name}.png" for picture in chapter.pictures],
+                "data": [f"data/{table}.csv" for table in chapter.data],
             }
             for name, chapter in done.items()
         },
     }
+
+
+def csv_text(columns: Mapping[str, Sequence[Any]]) -> str:
+    """Columns of one length as comma-separated values, numbers in full, nothing where there is none."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    plain = [plain_numbers(list(column)) for column in columns.values()]
+    writer.writerows(zip(*plain, strict=True))
+    return stream.getvalue()
 
 
 def plain_numbers(value: Any) -> Any:

@@ -97,6 +97,7 @@ class Chapter:
         differences: What goes into "Where the paper and the numbers differ".
         numbers: Every number of this chapter, for the JSON file.
         remarks: What else was seen, after the pictures.
+        data: What goes into CSV files, by name: columns of one length, by name.
     """
 
     title: Text
@@ -107,6 +108,7 @@ class Chapter:
     differences: Sequence[Difference] = ()
     numbers: Mapping[str, Any] = field(default_factory=dict)
     remarks: Text = ""
+    data: Mapping[str, Mapping[str, Sequence[Any]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

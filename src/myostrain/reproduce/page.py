@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from myostrain.reproduce.chapters import names
+from myostrain.reproduce.chapters import groups, names
 from myostrain.reproduce.content import Chapter, Statement
 from myostrain.reproduce.formulas import mathml
 from myostrain.reproduce.words import number
@@ -49,16 +49,25 @@ def html_page(chapters: Mapping[str, Chapter], figures: Path, numbers: Mapping[s
         "outcome": outcome,
         "badge": lambda verdict: BADGES[verdict.kind],
     }
-    every = [s.verdict.kind for chapter in chapters.values() for s in chapter.statements]
+    every = [s for chapter in chapters.values() for s in chapter.statements]
+    answers = [s.verdict.kind for s in every if s.claim.answer]
     flags = " --quick" if numbers["settings"] == "quick" else ""
     return environment.get_template("page.html.j2").render(
         chapters=chapters,
         numbers=numbers,
-        counts={kind: sum(kind == one for one in every) for kind in BADGES},
+        counts={kind: sum(kind == s.verdict.kind for s in every if not s.claim.answer) for kind in BADGES},
+        answers=len(answers),
+        borne_out=len(answers) - answers.count("does not agree"),
         flags=flags,
-        parts="" if list(chapters) == names() else "".join(f" {name}" for name in chapters),
+        parts=_parts(list(chapters)),
         badges=BADGES,
     )
+
+
+def _parts(shown: list[str]) -> str:
+    """What to write after the command for these chapters: a group's name where they are all of a group."""
+    whole = [name for name, members in groups().items() if members == shown]
+    return "" if shown == names() else "".join(f" {name}" for name in whole or shown)
 
 
 def _markdown() -> MarkdownIt:
@@ -94,18 +103,18 @@ def cell(value: str | float | None) -> Markup:
 
 
 def outcome(statement: Statement) -> str:
-    """The verdict in words."""
-    verdict = statement.verdict
+    """The verdict in words; an answer of ours is borne out or not."""
+    verdict, asked = statement.verdict, bool(statement.claim.answer)
     if verdict.kind == "agrees":
-        return "agrees"
+        return "borne out" if asked else "agrees"
     if verdict.kind == "agrees with a reading":
-        return f"agrees with a reading that we name: {verdict.reading}"
+        return f"{'borne out' if asked else 'agrees'} with a reading that we name: {verdict.reading}"
     parts = [
         f"{name.replace('_', ' ')} {'none' if value is None else number(value)}"
         f" (the claim: {_interval(*statement.claim.bounds[name])})"
         for name, value in statement.claim.failing(verdict.numbers).items()
     ]
-    return "does not agree: measured " + ", ".join(parts)
+    return f"{'not borne out' if asked else 'does not agree'}: measured " + ", ".join(parts)
 
 
 def _interval(low: float, high: float) -> str:

@@ -26,6 +26,9 @@ class Claim:
         quote: The paper's words, or the equation.
         bounds: By the name of a measured number, the least and the largest value that bears the claim out.
         because: Why these bounds.
+        answer: Where the paper asks: the answer that is judged in place of its words.
+        source: Whose the answer is: ours, the paper's, that of others.
+        sure: How sure it is.
     """
 
     name: str
@@ -33,6 +36,9 @@ class Claim:
     quote: str
     bounds: Mapping[str, tuple[float, float]]
     because: str
+    answer: str = ""
+    source: str = ""
+    sure: str = ""
 
     def holds(self, numbers: Numbers) -> bool:
         """Whether every number exists and lies within its bounds."""
@@ -102,6 +108,7 @@ def claims(chapter: str) -> dict[str, Claim]:
             entry["quote"],
             {key: (float(low), float(high)) for key, (low, high) in entry["bounds"].items()},
             entry["because"],
+            **{key: entry[key] for key in ("answer", "source", "sure") if key in entry},
         )
         for name, entry in paper(chapter)["claims"].items()
     }

@@ -4,7 +4,8 @@
 - ``numbers.py``: ``numbers(found, quick)``, every number of the chapter, and ``readings(numbers)``, those
   that are judged, by claim and reading, the printed one first.
 - ``text.py``: ``words(measured)``, what the words name beside these numbers and the constants of
-  ``jobs.py``, and ``tables(measured)``, the rows of the tables by name.
+  ``jobs.py``, and ``tables(measured)``, the rows of the tables by name; ``data(measured)``, if there are
+  arrays that others would want, by name: columns by name, for CSV files.
 - ``pictures.py``: ``PICTURES``, functions of :class:`~myostrain.reproduce.content.Measured`, by name.
 """
 
@@ -22,13 +23,19 @@ from myostrain.reproduce.words import filled
 
 from matplotlib.figure import Figure
 
-#: The order of the page.
+#: Chapters on what the paper says, and groups of others, in the order of the page.
 _NAMES = ("springs", "fronts", "figure-1", "viscosity", "startup", "figure-2", "figure-3", "viscous-sheet")
+_GROUPS = {"open-questions": ("ellipticity",)}
 
 
 def names() -> list[str]:
     """What the chapters are called, in the order of the page."""
-    return list(_NAMES)
+    return [*_NAMES, *(name for members in _GROUPS.values() for name in members)]
+
+
+def groups() -> dict[str, list[str]]:
+    """Groups of chapters that one name stands for, in the order of the page."""
+    return {group: list(members) for group, members in _GROUPS.items()}
 
 
 def jobs(name: str, quick: bool) -> dict[str, Job]:
@@ -72,6 +79,7 @@ def chapter(name: str, found: Mapping[str, Found], quick: bool) -> Chapter:
         ],
         numbers=numbers,
         remarks=fill(data.get("remarks", "")),
+        data=getattr(text, "data", lambda measured: {})(measured),
     )
 
 
