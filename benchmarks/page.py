@@ -217,7 +217,7 @@ def membranes(found: dict) -> str:
 
 Processor nanoseconds a node and step on one core: all states advanced, the current and its slope in v, for 16,384 nodes at
 potentials from all of the range, Δt = 0.01 (`benchmarks/membranes.py`). Least and median of {found["repeat"]} repeats in one run, on a
-machine with a load of {found["load"][0]:.0f} to {found["load"][1]:.0f} on {os.cpu_count()} cores: the least is what an idle core would take. "One / two processes": the median
+machine with a load of {found["load"][0]:.0f} to {found["load"][1]:.0f} on {os.cpu_count()} cores: the least is nearest to what an idle core takes. "One / two processes": the median
 on one over that of the slower of two that run at once with as many nodes each; 1 is perfect, and other programs on the
 cores lower it. NumPy is what runs without a compiler (median of 3).
 
