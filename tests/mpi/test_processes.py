@@ -20,7 +20,7 @@ PULSE = changed(
     {
         "geometry": {"kind": "line", "length": 60.0, "spacing": 1.0},
         "probes": {"a": [15.0], "b": [20.3], "c": [59.5]},
-        "time": {"step": 1e-3, "end": 0.4, "scheme": "second-order"},
+        "time": {"step": 2e-3, "end": 0.4, "scheme": "second-order"},
         "output": {"every": 0.1},
     },
 )
@@ -34,7 +34,7 @@ STRESS = changed(
         ],
         "probes": {"a": [12.0, 12.0], "b": [10.1, 15.3], "c": [4.0, 24.0]},
         "potential.diffusivity": [100.0, 40.0],
-        "time": {"step": 1e-3, "end": 0.25, "scheme": "second-order"},
+        "time": {"step": 2.5e-3, "end": 0.25, "scheme": "second-order"},
         "mechanics.every": 5,
         "electrodes": {"V1": [12.0, 12.0, 6.0]},
         "output": {
@@ -52,7 +52,7 @@ STRAIN = changed(
         "initial": {"potential": 0.9, "center": [17.0, 6.0], "radius": 5.0},
         "mechanics": {"kinematics": "plane-strain", "constraint": "elastic"},
         "material": {"model": "MooneyRivlin", "mu": 1.0, "mu_2": 0.5},
-        "time": {"step": 2e-3, "end": 0.25, "scheme": "staggered"},
+        "time": {"step": 5e-3, "end": 0.25, "scheme": "staggered"},
     },
 )
 RECTANGLE = changed(
@@ -62,7 +62,7 @@ RECTANGLE = changed(
         "initial": {"potential": 0.9, "center": [0.0, 0.0], "radius": 6.0},
         "probes": {"a": [7.0, 3.0], "b": [9.1, 4.2]},
         "mechanics": {"kinematics": "plane-stress", "fixed": ["left"]},
-        "time": {"step": 5e-3, "end": 0.3, "scheme": "implicit", "tolerance": 1e-10},
+        "time": {"step": 1e-2, "end": 0.3, "scheme": "implicit", "tolerance": 1e-10},
     },
 )
 # The potential on a mesh of its own; J follows the activation.
