@@ -122,9 +122,9 @@ def check_well_posed(activation: NodalActivation, potential: Any, follows: bool)
         return 0.0
     if found.growth < 1e-9:
         raise InputError(
-            "the conservative balance is ill-posed where (1 + γ(v)) v does not grow with v (γ = −βv needs "
-            'β < 0.5); a smaller beta, potential.balance = "advective", or on a line '
-            "mechanics.relaxation_time > 0",
+            "the conservative balance is ill-posed where (1 + γ(v)) v, v counted from rest, does not grow "
+            "with v (γ = −βv, with v from 0 to 1, needs β < 0.5); a smaller beta, potential.balance = "
+            '"advective", or on a line mechanics.relaxation_time > 0',
             key,
         )
     return max(found.strength, 0.0)

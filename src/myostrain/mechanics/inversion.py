@@ -64,7 +64,8 @@ class Orientation:
                 f"{gamma:.4g}",
                 where=where,
                 advice="a smaller activation, or another active deformation (one with a ratio K needs "
-                "γ > −1/K).",
+                "γ > −1/K). Where γ follows the potential, a weaker stimulus: a strong one drives the "
+                "potential above the membrane's range.",
             )
 
     def _worst(self, values: Any, others: Any = None) -> tuple[float, list[float], float]:
