@@ -388,7 +388,8 @@ def test_an_interrupt_ends_the_workers(tmp_path):
     arguments = (
         "reproduce",
         "viscous-sheet",
-        "figure-3",  # enough work that it goes on after its first message
+        "figure-3",
+        "ellipticity",  # enough work that it goes on after its first message
         "--quick",
         "--fresh",
         "--quiet",

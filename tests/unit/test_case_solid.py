@@ -171,7 +171,7 @@ WRONG = [
         SOLID,
         {"initial": {"boundary": ["top"], "potential": 1.0, "radius": 2.0}},
         "initial",
-        "give one of center and radius, box, boundary, region, not center and radius and boundary",
+        "give one of center and radius, box, boundary, region, transmural, not center and radius and",
     ),
     (
         SOLID,
