@@ -262,3 +262,13 @@ def test_the_slope_of_the_current_is_that_of_differences(membrane):
     h = 1e-5 * (high - low)
     differences = (membrane.current(v + h, new) - membrane.current(v - h, new)) / (2 * h)
     np.testing.assert_allclose(slope, differences, rtol=1e-4, atol=1e-6 * np.abs(slope).max())
+
+
+def test_other_flags_are_another_library(monkeypatch):
+    """What the cache keeps was compiled with the flags that hold now."""
+    source = "double evaluate(void) { return 1.0; }"
+    before = compiler._compiled(source)
+    assert before is not None
+    assert compiler._compiled(source) == before
+    monkeypatch.setattr(compiler, "FLAGS", (*compiler.FLAGS, "-DOTHER"))
+    assert compiler._compiled(source) != before

@@ -11,6 +11,22 @@ from myostrain.run.progress import ProgressDisplay
 
 import typer
 
+#: Options of both commands.
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a parameter, such as set=ENDO; or stimulus.strength, stimulus.duration.",
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
+]
+Force = Annotated[bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")]
+
 
 def membrane_of(model: str, values: dict[str, Any]) -> Any:
     """A membrane by its name, or by the path of a file that holds it, with values of its parameters.
@@ -63,14 +79,7 @@ def cell(
             metavar="MODEL", help="A membrane, or a file that holds one; without, they are listed."
         ),
     ] = None,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Change a parameter, such as set=ENDO; or stimulus.strength, stimulus.duration.",
-        ),
-    ] = None,
+    overrides: Overrides = None,
     cycle: Annotated[
         float | None, typer.Option("--cycle", metavar="T", help="Time between two beats; 1000 ms by default.")
     ] = None,
@@ -78,16 +87,9 @@ def cell(
     step: Annotated[
         float | None, typer.Option("--step", metavar="DT", help="Step of time; 0.01 ms by default.")
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
-    ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")
-    ] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
-    ] = False,
+    out: Out = None,
+    force: Force = False,
+    quiet: Quiet = False,
 ) -> None:
     """Pace a membrane without a body: durations, calcium, a picture, a state for tissues to begin with."""
     _load_engine()
@@ -127,14 +129,7 @@ def cell(
 @app.command()
 def cable(
     model: Annotated[str, typer.Argument(metavar="MODEL", help="A membrane, or a file that holds one.")],
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Change a parameter, such as set=ENDO; or stimulus.strength, stimulus.duration.",
-        ),
-    ] = None,
+    overrides: Overrides = None,
     diffusivity: Annotated[
         float | None,
         typer.Option("--diffusivity", metavar="D", help="0.1 mm²/ms by default; 1 where time has no unit."),
@@ -161,16 +156,9 @@ def cable(
     mass: Annotated[
         str, typer.Option("--mass", metavar="averaged|lumped", help="Mass matrix, as potential.mass.")
     ] = "averaged",
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
-    ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")
-    ] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
-    ] = False,
+    out: Out = None,
+    force: Force = False,
+    quiet: Quiet = False,
 ) -> None:
     """Measure a membrane's conduction velocity on a rigid cable, or find the diffusivity for a wanted one."""
     _load_engine()
