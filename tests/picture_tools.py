@@ -20,7 +20,7 @@ def finish(folder, probes=None, **metrics):
     if probes:
         times = np.linspace(0, 1, 50)
         table = np.column_stack([times, *(bump(times - 0.1 * i, 0.1) for i in range(2 * len(probes)))])
-        header = ",".join(f"{name}.{field}" for name in probes for field in ("potential", "displacement_x"))
+        header = ",".join(f"{name}_{field}" for name in probes for field in ("potential", "displacement_x"))
         np.savetxt(folder / "probes.csv", table, delimiter=",", header=f"time,{header}", comments="")
 
 

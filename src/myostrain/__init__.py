@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
     from myostrain.mechanics import ImposedStretch, Loads, Mechanics, Supports
+    from myostrain.output.opening import Results, open  # noqa: A004
     from myostrain.output.tips import Tip
     from myostrain.run.schedule import Callback
     from myostrain.run.simulation import Simulation
@@ -60,6 +61,7 @@ __all__ = [
     "NestedMesh",
     "Place",
     "Potential",
+    "Results",
     "SecondOrder",
     "Simulation",
     "Staggered",
@@ -77,6 +79,7 @@ __all__ = [
     "kinematics",
     "materials",
     "membranes",
+    "open",
     "run_case",
     "theory",
 ]
@@ -100,6 +103,7 @@ _MODULES = {
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),
     "mechanics": ("ImposedStretch", "Loads", "Mechanics", "Supports"),
+    "output.opening": ("Results", "open"),
     "output.tips": ("Tip",),
     "run.schedule": ("Callback",),
     "run.simulation": ("Simulation",),

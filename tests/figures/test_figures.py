@@ -186,7 +186,7 @@ def test_run_that_failed_half_way(tmp_path):
     last.with_name(f".{last.name}.part").write_bytes(last.read_bytes()[:1000])
     last.unlink()
     (tmp_path / "case.toml").write_text('title = "Failed"\n[probes]\na = [10.0]\n')
-    (tmp_path / "probes.csv").write_text("time,a.potential,a.recovery\n0,0.1,0\n0.1,0.2,0\n0.2,0.3\n")
+    (tmp_path / "probes.csv").write_text("time,a_potential,a_recovery\n0,0.1,0\n0.1,0.2,0\n0.2,0.3\n")
     run = Recording(tmp_path)
     assert run.time.tolist() == [0, 0.25, 0.5, 0.75]
     assert run.field("potential").shape == X.shape
@@ -241,7 +241,7 @@ def test_unreadable_files(tmp_path):
     with pytest.raises(InputError, match=r"case.toml cannot be read"):
         draw(tmp_path)
     (tmp_path / "case.toml").unlink()
-    (tmp_path / "probes.csv").write_text("time,a.potential\n0,none\n")
+    (tmp_path / "probes.csv").write_text("time,a_potential\n0,none\n")
     with pytest.raises(InputError, match=r"probes.csv cannot be read"):
         draw(tmp_path)
 

@@ -197,7 +197,7 @@ def test_differences_are_found(tmp_path):
         same = dict.fromkeys(("cells", "unknowns", "steps", "time", "parameters"), 1)
         results = {**same, "metrics": metrics, "seconds": {}}
         (folder / "results.json").write_text(json.dumps(results))
-        (folder / "probes.csv").write_text(f"time,a.potential\n0.0,{value!r}\n")
+        (folder / "probes.csv").write_text(f"time,a_potential\n0.0,{value!r}\n")
         np.savez(folder / "snapshots" / "mesh.npz", points=[[0.0], [1.0]], cells=[[0, 1]])
         np.savez(folder / "snapshots" / "frame-000000000.npz", time=0.0, potential=[0.0, value])
     assert differences(run[0], run[0]) == []

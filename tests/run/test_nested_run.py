@@ -45,7 +45,7 @@ def test_result_folder(tmp_path):
     with (tmp_path / "out" / "probes.csv").open() as stream:
         last = list(csv.DictReader(stream))[-1]
     X = np.linspace(0, 20, 41)
-    assert float(last["a.displacement_x"]) == pytest.approx(np.interp(6.0, X, u), rel=1e-8)
+    assert float(last["a_displacement_x"]) == pytest.approx(np.interp(6.0, X, u), rel=1e-8)
     assert (tmp_path / "out" / "figures").is_dir()
 
 

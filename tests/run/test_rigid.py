@@ -29,7 +29,7 @@ def test_a_rigid_case_is_a_script_without_mechanics(case, dim, tmp_path):
     assert found["metrics"]["displacement_max"] == 0.0
     assert found["seconds"]["mechanics"] == 0.0
     header = (tmp_path / "run" / "probes.csv").read_text().splitlines()[0]
-    assert header == "time,a.potential,a.recovery,b.potential,b.recovery"
+    assert header == "time,a_potential,a_recovery,b_potential,b_recovery"
     again = Case.from_file(tmp_path / "run" / "case.toml")  # what was written is the same case
     assert again.parameters == made.parameters
     assert "material" not in again.parameters

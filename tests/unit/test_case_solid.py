@@ -44,8 +44,8 @@ def test_a_static_case_follows_its_loads(tmp_path):
     results, out = run(tmp_path, STATIC)
     assert results["solver"]["potential"] == {}
     assert results["unknowns"]["potential"] == 36
-    np.testing.assert_allclose(column(out / "probes.csv", "a.potential"), np.linspace(0, 1, 5), atol=1e-12)
-    found = column(out / "probes.csv", "b.displacement_z")
+    np.testing.assert_allclose(column(out / "probes.csv", "a_potential"), np.linspace(0, 1, 5), atol=1e-12)
+    found = column(out / "probes.csv", "b_displacement_z")
     assert (np.diff(found) > 0).all()
     parameters = tomllib.loads((out / "case.toml").read_text())
     assert "cell" not in parameters

@@ -155,7 +155,7 @@ class Snapshots:
         if not (self._folder / "mesh.npz").is_file():
             where = "is no folder" if not folder.is_dir() else "holds no snapshots (snapshots/mesh.npz)"
             raise InputError(
-                f"{folder} {where}, so there is nothing to draw; name the result folder of a run (--out), "
+                f"{folder} {where}; name the result folder of a run (--out), "
                 "one that wrote fields (output.fields not empty)"
             )
         with _opened(self._folder / "mesh.npz") as mesh:

@@ -122,7 +122,7 @@ class ProbeTable:
         self._table: Table | None = None
         if folder is not None and probes.names:
             names = list(self._values(headers=True))
-            columns = [f"{probe}.{name}" for probe in probes.names for name in names]
+            columns = [f"{probe}_{name}" for probe in probes.names for name in names]
             comm = lasting(model.potential.body.comm)
             self._table = Table(folder / "probes.csv", ["time", *columns], comm, size)
 
