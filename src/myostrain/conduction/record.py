@@ -11,8 +11,7 @@ from myostrain.conduction.measuring import Conducted
 from myostrain.conduction.wave import MEASURED
 from myostrain.engine import MPI, versions
 from myostrain.output.figures.style import BLUE, GREY, VERMILION, new_figure, save, style
-from myostrain.output.folder import prepare, write_json, writing
-from myostrain.output.manifest import make_folder
+from myostrain.output.folder import results_folder, write_json
 
 import matplotlib as mpl
 import numpy as np
@@ -90,17 +89,10 @@ def write_cable(
     Raises:
         InputError: The folder holds something already, or cannot be written.
     """
-    lock = prepare(out, force=force, comm=MPI.COMM_SELF)
-    try:
-        results = results_of(found, model, parameters)
-        with writing(out):
-            make_folder(out / "figures")
-        draw_cable(found, model, out / "figures" / "cable.png")
-        with writing(out):
-            write_json(out / "results.json", results)
-    finally:
-        if lock is not None:
-            lock.release()
+    results = results_of(found, model, parameters)
+    with results_folder(out, "cable", force=force, comm=MPI.COMM_SELF) as picture:
+        draw_cable(found, model, picture)
+        write_json(out / "results.json", results)
     return results
 
 

@@ -81,6 +81,35 @@ def _prepare(path: Path, force: bool, resume: bool) -> FolderLock:
     return lock
 
 
+@contextlib.contextmanager
+def results_folder(path: Path, picture: str, *, force: bool, comm: Any) -> Iterator[Path]:
+    """Make a result folder with one picture, for what is neither long nor shared by processes.
+
+    The caller writes its files and draws, ``results.json`` last; a failure to write is an
+    :class:`InputError` that says so.
+
+    Args:
+        path: The folder.
+        picture: Name of the picture, without a suffix.
+        force: Whether results of an earlier run in it may be removed.
+        comm: A communicator of this process alone.
+
+    Yields:
+        Where the picture goes.
+
+    Raises:
+        InputError: It holds something already, is in use, or cannot be written.
+    """
+    lock = prepare(path, force=force, comm=comm)
+    try:
+        with writing(path):
+            manifest.make_folder(path / "figures")
+            yield path / "figures" / f"{picture}.png"
+    finally:
+        if lock is not None:
+            lock.release()
+
+
 def check_path(path: Path, key: str) -> None:
     """Refuse a path that cannot be looked at: too long, in a loop of links, in a closed folder.
 

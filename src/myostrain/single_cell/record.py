@@ -12,8 +12,7 @@ from typing import Any
 from myostrain.engine import MPI, versions
 from myostrain.errors import InputError
 from myostrain.output.figures.style import BLUE, COLOURS, new_figure, save, style
-from myostrain.output.folder import prepare, read_regular, write_atomically, write_json, writing
-from myostrain.output.manifest import make_folder
+from myostrain.output.folder import read_regular, results_folder, write_atomically, write_json
 from myostrain.single_cell.pacing import Paced
 
 import numpy as np
@@ -73,22 +72,15 @@ def write_cell(
     Raises:
         InputError: The folder holds something already, or cannot be written.
     """
-    lock = prepare(out, force=force, comm=MPI.COMM_SELF)
-    try:
-        found = results_of(paced, model, parameters)
-        calcium = {} if paced.calcium is None else {"calcium": paced.calcium}
-        columns = {"time": paced.time, "potential": paced.potential, **calcium}
-        columns |= {name: values for name, values in paced.states.items() if name not in columns}
-        rows = [",".join(f"{x:.9g}" for x in row) for row in np.column_stack(list(columns.values())).tolist()]
-        with writing(out):
-            write_atomically(out / "trace.csv", "\n".join([",".join(columns), *rows]) + "\n")
-            make_folder(out / "figures")
-        draw_cell(paced, model, out / "figures" / "cell.png")
-        with writing(out):
-            write_json(out / "results.json", found)
-    finally:
-        if lock is not None:
-            lock.release()
+    found = results_of(paced, model, parameters)
+    calcium = {} if paced.calcium is None else {"calcium": paced.calcium}
+    columns = {"time": paced.time, "potential": paced.potential, **calcium}
+    columns |= {name: values for name, values in paced.states.items() if name not in columns}
+    rows = [",".join(f"{x:.9g}" for x in row) for row in np.column_stack(list(columns.values())).tolist()]
+    with results_folder(out, "cell", force=force, comm=MPI.COMM_SELF) as picture:
+        write_atomically(out / "trace.csv", "\n".join([",".join(columns), *rows]) + "\n")
+        draw_cell(paced, model, picture)
+        write_json(out / "results.json", found)
     return found
 
 
