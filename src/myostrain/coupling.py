@@ -359,7 +359,7 @@ class Electromechanics:
         self._times = self._times[:1]
         self._seen.clear()
         potential.forget()
-        if mechanics.relaxation_time > 0:  # a viscous body does not jump
+        if not mechanics.jumps:
             mechanics.accept(self.time)
             self._keep_stretch(self.time)
             return

@@ -116,6 +116,9 @@ def exported():
         for name in ("plane-stress", "plane-strain"):
             found[f"{name} {constraint}"] = changed(sheet, {"mechanics.kinematics": name})
         found[f"solid {constraint}"] = changed(solid, {"mechanics.constraint": constraint})
+    moving = {"density": 1.0, "viscosity": 0.1, "damping_normal": {"right": 0.5}, "damping": {"top": 0.5}}
+    free = {**solid["mechanics"], **moving, "fixed": []}
+    found["inertia"] = changed(solid, {"mechanics": free})
     # Many of them are the same one case.
     resolved = {Case.from_dict(case).to_toml(): name for name, case in reversed(found.items())}
     return {name: found[name] for name in resolved.values()}

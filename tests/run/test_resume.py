@@ -50,6 +50,20 @@ CASES = {
         SHEET,
         {"mechanics.relaxation_time": 0.08, "mechanics.kinematics": "plane-strain"},
     ),
+    "inertia": (LINE, {"mechanics.density": 2.0, "mechanics.damping": {"right": 1.0}}),
+    "damped": (LINE, {"mechanics.damping": {"right": 1.0}}),
+    "inertia-plane-strain": (
+        SHEET,
+        {
+            "mechanics": {
+                "kinematics": "plane-strain",
+                "density": 1.0,
+                "viscosity": 0.1,
+                "damping_normal": {"boundary": 0.5},
+                "every": 2,
+            }
+        },
+    ),
     "nested": (SHEET, {"potential.refinement": 1, "mechanics.every": 4, "potential.mass": "averaged"}),
     "nested-elastic": (
         SHEET,

@@ -21,7 +21,7 @@ from myostrain.output.fields import FieldName
 from myostrain.output.tips import Tip
 from myostrain.run.simulation import CHECKPOINT_SECONDS
 from myostrain.schemes import Implicit, SecondOrder, Staggered
-from myostrain.validation import Count, Flag, Level, NonNegative, Positive, description
+from myostrain.validation import Count, Flag, Level, NonNegative, Positive, Share, description
 
 from pydantic import Field
 
@@ -167,12 +167,17 @@ class MechanicsSection:
     robin: NonNegative | Mapping[str, NonNegative] = 0.0
     robin_boundary: tuple[str, ...] | None = None
     robin_normal: Mapping[str, NonNegative] | None = None
+    damping: Mapping[str, NonNegative] | None = None
+    damping_normal: Mapping[str, NonNegative] | None = None
     pressure: Mapping[str, Course] | None = None
     traction: Mapping[str, VectorCourse] | None = None
     displacement: Mapping[str, Mapping[Literal["x", "y", "z"], Course]] | None = None
     fixed: tuple[str, ...] = ()
     sliding: tuple[str, ...] = ()
     relaxation_time: NonNegative = 0.0
+    viscosity: NonNegative = 0.0
+    density: NonNegative = 0.0
+    spectral_radius: Share = 2 / 3
     imposed_stretch: ImposedStretch | None = None
     tolerance: Positive = 1e-7
     ellipticity: Literal["off", "warn"] = "off"

@@ -26,12 +26,15 @@ class ActiveBody:
       E = (FᵀF − 1)/2. It is frame-indifferent, as E is; its power per reference volume,
       2 λ μ Jo |Fo⁻ᵀ Ė Fo⁻¹|², is never negative; and to first order in strain it relaxes as (4.14) does.
 
+    A viscosity η stands for 2 λ μ where it is given: that of the dissipation potential η/2 tr Ė².
+
     Args:
         body: The reference body.
         kinematics: What the mesh's dimension means in three dimensions.
         material: Passive material W(Fe).
         active: Active deformation Fo(γ), or what a tension does.
         relaxation_time: λ, zero for an elastic body.
+        viscosity: η in place of 2 λ μ, where it is not zero.
 
     Throughout, ``a`` is the activation, a UFL scalar: γ, or the tension.
     """
@@ -43,6 +46,7 @@ class ActiveBody:
         material: Material,
         active: ActiveDeformation | ActiveTension,
         relaxation_time: float,
+        viscosity: float = 0.0,
     ) -> None:
         mesh = body.mesh
         modulus = getattr(material, "modulus", None)
@@ -55,7 +59,11 @@ class ActiveBody:
         self._tension: ActiveTension | None = None if strains else found
         self.name = type(active).__name__
         self._fibres = body.fibres.lifted(body.dim, kinematics.tensor_dim)
-        self._relaxation_time = fem.Constant(mesh, float(relaxation_time)) if relaxation_time > 0 else None
+        self._dashpot: Any = None  # λ μ, or η/2
+        if viscosity > 0:
+            self._dashpot = fem.Constant(mesh, float(viscosity)) / 2
+        elif relaxation_time > 0:
+            self._dashpot = fem.Constant(mesh, float(relaxation_time)) * self._material.modulus  # type: ignore[attr-defined]
 
     def displacement(self, u: fem.Function) -> Any:
         """The displacement in the unknown, which may hold a pressure too."""
@@ -135,11 +143,10 @@ class ActiveBody:
 
     def viscous_stress(self, rate: Any, a: Any) -> Any:
         """What does the power on the rate of that strain, per reference volume."""
-        modulus = self._relaxation_time * self._material.modulus  # type: ignore[attr-defined]
         if self.kinematics.tensor_dim == 1:
-            return modulus * rate
+            return self._dashpot * rate
         back = ufl.inv(self.active(a))
-        return 2 * modulus * ufl.det(self.active(a)) * back * back.T * rate * back * back.T
+        return 2 * self._dashpot * ufl.det(self.active(a)) * back * back.T * rate * back * back.T
 
     def viscous_power(self, rate: Any, u: fem.Function, a: Any, test: Any) -> Any:
         """Virtual power of the viscous stress per reference volume.
@@ -170,7 +177,7 @@ class ActiveBody:
         """The Cauchy stress that energy and viscosity give, without pressure."""
         F = ufl.variable(self.lifted(u, a))
         sigma = ufl.diff(self.stored(F, a), F) * F.T / ufl.det(F)
-        if rate is None or self._relaxation_time is None:
+        if rate is None or self._dashpot is None:
             return sigma
         S = self.viscous_stress(rate, a)
         return sigma + (S if self.kinematics.tensor_dim == 1 else F * S * F.T / ufl.det(F))

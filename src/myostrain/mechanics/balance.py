@@ -6,6 +6,7 @@ from typing import Any
 
 from myostrain.engine import compile_form, fem, lasting
 from myostrain.errors import ComputationError
+from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.mechanics.rigid_motions import RigidMotions
 from myostrain.solvers.linear import assemble_nodal, owned_dofs
 
@@ -80,6 +81,17 @@ class Balance:
             f"force, and the moment over the body's diagonal {motions.size:.3g}, may be {SHARE:.0%})",
             advice="fix a part of the boundary, let one slide in its plane, or give robin > 0.",
         )
+
+
+def balance_of(
+    u: fem.Function, external: ExternalForces, motions: RigidMotions, mixed: bool
+) -> Balance | None:
+    """The balance of what acts from outside on a body that supports leave free; None where nothing does."""
+    if not external.residual:
+        return None
+    stiffness = sum(float(k.value) for k, _, _ in external.springs)
+    negligible = 1e-6 * stiffness * motions.size ** len(motions.middle)
+    return Balance(u.function_space, u, external.residual, motions, mixed, negligible)
 
 
 def _listed(values: npt.NDArray[np.float64]) -> str:

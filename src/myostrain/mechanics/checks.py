@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from myostrain import materials
 from myostrain.course import value_at
@@ -13,10 +14,48 @@ from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads, times_of, vector_at
+from myostrain.mechanics.motion import Drift, Inertia
 from myostrain.mechanics.rigid_motions import RigidMotions, surface
 from myostrain.mechanics.supports import AXES, FLAT, Hold, Supports, plane_axis
 
 import numpy as np
+
+
+def free_motions(
+    body: Body,
+    holds: Sequence[Hold],
+    springs: Sequence[tuple[Any, Sequence[str] | None, bool]],
+    supports: Supports,
+    loads: Loads,
+    mixed: bool,
+    motion: Drift | None,
+) -> RigidMotions:
+    """The rigid motions that supports leave free, with what is given checked against them.
+
+    Args:
+        body: The reference body.
+        holds: Components of the displacement that are held.
+        springs: Elastic supports: stiffness, parts (None for all), whether along the normal only.
+        supports: What holds the body.
+        loads: What pushes and pulls it.
+        mixed: Whether a pressure is unknown.
+        motion: What the balance of forces has of the motion.
+
+    Raises:
+        InputError: A free body is loaded or damped without inertia, or the pressure is not determined.
+    """
+    on_springs = [(parts, None if along else range(body.dim)) for _, parts, along in springs]
+    if mixed and not on_springs:
+        check_room(body, supports, holds)
+    motions = RigidMotions(body, [*(([hold.part], [hold.axis]) for hold in holds), *on_springs])
+    if not isinstance(motion, Inertia):
+        check_held(motions, loads)
+        if motion is not None and motions.free.shape[1]:
+            raise InputError(
+                "dampers do not hold a body without inertia: fix a part, give robin > 0, or density > 0",
+                next(key for *_, key in supports.dampers()),
+            )
+    return motions
 
 
 def check_room(body: Body, supports: Supports, holds: Sequence[Hold]) -> None:
@@ -117,6 +156,7 @@ def check_fit(
     kinematics: Kinematics,
     material: Material,
     relaxation_time: float,
+    viscosity: float,
 ) -> None:
     """Refuse a material, a load or a viscosity that the kinematics of this body has no place for.
 
@@ -136,6 +176,11 @@ def check_fit(
             f"{type(material).__name__} does not fit {type(kinematics).__name__}; take one of "
             f"{', '.join(fitting)}",
             "material.model",
+        )
+    if relaxation_time > 0 and viscosity > 0:
+        raise InputError(
+            "viscosity and relaxation_time say the same thing (η = 2 λ μ); give one of the two",
+            "mechanics.viscosity",
         )
     if relaxation_time > 0 and not hasattr(material, "modulus"):
         raise InputError(

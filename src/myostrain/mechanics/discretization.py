@@ -6,8 +6,11 @@ from typing import Any
 
 from myostrain.engine import fem
 from myostrain.kinematics import Kinematics
+from myostrain.solvers.linear import owned_dofs
 
 import basix.ufl
+import numpy as np
+import numpy.typing as npt
 import ufl
 
 #: Degree of the quadrature by that of the displacement, as low as keeps the order of the elements: one point
@@ -29,6 +32,12 @@ def unknown_space(mesh: Any, kinematics: Kinematics) -> fem.FunctionSpace:
     return fem.functionspace(
         mesh, basix.ufl.mixed_element([displacement, basix.ufl.element("Lagrange", cell, 1)])
     )
+
+
+def displacement_dofs(space: fem.FunctionSpace) -> npt.NDArray[np.int32]:
+    """Degrees of freedom of the displacement in a mixed space that this process owns."""
+    dofs = np.asarray(space.sub(0).collapse()[1], dtype=np.int32)
+    return dofs[dofs < owned_dofs(space)]
 
 
 def volume_measure(mesh: Any, kinematics: Kinematics, degree: int | None) -> ufl.Measure:

@@ -1,4 +1,4 @@
-"""Quasi-static equilibrium of the active body: (1.6) with F = Fe Fo, by its stored energy."""
+"""Balance of forces of the active body: (1.6) with F = Fe Fo, by its stored energy; inertia if it has any."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from myostrain.history import History
 from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
 from myostrain.mechanics.active_body import ActiveBody
-from myostrain.mechanics.balance import Balance
-from myostrain.mechanics.checks import check_fit, check_held, check_room, check_stretch
-from myostrain.mechanics.discretization import unknown_space, volume_measure
+from myostrain.mechanics.balance import balance_of
+from myostrain.mechanics.checks import check_fit, check_stretch, free_motions
+from myostrain.mechanics.discretization import displacement_dofs, unknown_space, volume_measure
 from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.mechanics.handed_over import HandedOver
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.inversion import Orientation
 from myostrain.mechanics.keywords import FORMER, check_kinds
 from myostrain.mechanics.loads import Loads
+from myostrain.mechanics.motion import Inertia, motion_of
 from myostrain.mechanics.nodal_fields import NodalFields
 from myostrain.mechanics.reactions import Reactions
-from myostrain.mechanics.rigid_motions import RigidMotions
 from myostrain.mechanics.strain_rate import StrainRate
 from myostrain.mechanics.supports import Supports, holds
 from myostrain.solvers.continuation import follow
@@ -54,6 +54,10 @@ class Mechanics:
         supports: What holds the body; nothing unless given.
         loads: What pushes and pulls it; nothing unless given.
         relaxation_time: λ of the Kelvin–Voigt body, (4.14) on a line; zero for an elastic one.
+        viscosity: η in place of 2 λ μ: the stress η Ė, a stress times a time.
+        density: Mass per reference volume, for a body with inertia; zero for a quasi-static one.
+        spectral_radius: Share of a fast vibration that a step leaves, see
+            :class:`~myostrain.mechanics.motion.Inertia`.
         imposed_stretch: A stretch that holds the body for an initial time, from its lowest corner.
         options: PETSc options of the linear solver.
         tolerance: Largest error of the displacement from iterating, relative to the body's extent.
@@ -69,6 +73,7 @@ class Mechanics:
         activation: γ, or the tension, at the nodes, P1; whoever couples writes it.
         deformation: F and J of the configuration handed over to the potential.
         handed: The configuration in ``deformation``; :meth:`hand_over` writes it.
+        motion: Velocity and acceleration of a body that has inertia or dampers; None of another one.
         reactions: Forces by which supports hold the body.
         nodal: Stress, stretch and displacement at the mesh's nodes.
         seconds: Wall-clock seconds spent in solving.
@@ -85,6 +90,9 @@ class Mechanics:
         supports: Supports | None = None,
         loads: Loads | None = None,
         relaxation_time: float = 0.0,
+        viscosity: float = 0.0,
+        density: float = 0.0,
+        spectral_radius: float = 2 / 3,
         imposed_stretch: ImposedStretch | None = None,
         options: Options | None = None,
         tolerance: float = 1e-10,
@@ -94,49 +102,44 @@ class Mechanics:
         refuse_former(former, FORMER, "Mechanics")
         supports, loads, active = supports or Supports(), loads or Loads(), active or Fibre()
         check_kinds(locals())
-        check_fit(body, kinematics, material, relaxation_time)
+        check_fit(body, kinematics, material, relaxation_time, viscosity)
         self.body, self.kinematics, self.material = body, kinematics, material
         self.supports, self.loads = supports, loads
-        self.imposed_stretch, self.relaxation_time, self.seconds = imposed_stretch, relaxation_time, 0.0
+        self.imposed_stretch, self.seconds = imposed_stretch, 0.0
+        viscous = relaxation_time > 0 or viscosity > 0
         mesh, mixed = body.mesh, kinematics.has_pressure
-        self._active = equations = ActiveBody(body, kinematics, material, active, relaxation_time)
+        self._active = equations = ActiveBody(body, kinematics, material, active, relaxation_time, viscosity)
         self.dx = volume_measure(mesh, kinematics, quadrature_degree)
         space = unknown_space(mesh, kinematics)
         self.u = fem.Function(space, name="displacement")
         self.activation = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="activation")
         self.history, self._past_activation = History(self.u, depth=3), History(self.activation, depth=2)
 
-        ratio, for_ever = None, False
-        if imposed_stretch is not None:
-            ratio = check_stretch(body, kinematics, imposed_stretch, supports)
-            for_ever = np.isinf(imposed_stretch.until)
+        stretch = imposed_stretch
+        ratio = None if stretch is None else check_stretch(body, kinematics, stretch, supports)
+        for_ever = stretch is not None and bool(np.isinf(stretch.until))
         self.handed = HandedOver(equations, self.u, self.activation, ratio, for_ever)
         self.deformation = self.handed.deformation
         self._imposed = 0.0  # one while the configuration is an imposed stretch
 
         residual = ufl.derivative(equations.energy(self.u, self.activation) * self.dx, self.u)
-        held = holds(body, space, supports, mixed)
+        held, test = holds(body, space, supports, mixed), ufl.TestFunction(space)
+        self.motion = motion_of(self.u, equations.displacement, supports, density, spectral_radius)
+        residual += self.motion.inertia(equations.displacement(test)) if self.motion is not None else 0
         self.external = ExternalForces(
-            body, equations, self.u, self.activation, supports, loads, held, relaxation_time > 0
+            body, equations, self.u, self.activation, supports, loads, held, viscous, self.motion
         )
         residual += self.external.residual
         self._past_loads = np.zeros_like(self.external.at(0.0))
-        self._rate = StrainRate(equations, self.u, self.activation) if relaxation_time > 0 else None
+        self._rate = StrainRate(equations, self.u, self.activation) if viscous else None
         if self._rate is not None:
-            test = ufl.TestFunction(space)
-            power = equations.viscous_power(self._rate.rate, self.u, self.activation, test)
-            residual += power * self.dx
-        springs = [(parts, None if along else range(body.dim)) for _, parts, along in self.external.springs]
-        if mixed and not springs:
-            check_room(body, supports, held)
-        motions = RigidMotions(body, [*(([hold.part], [hold.axis]) for hold in held), *springs])
-        check_held(motions, loads)
-        pins = motions.pins(space, mixed)
+            residual += equations.viscous_power(self._rate.rate, self.u, self.activation, test) * self.dx
+        self._rates = [rate for rate in (self._rate, self.motion) if rate is not None]
+        past = [needed for rate in self._rates for needed in rate.depends_on]
+        motions = free_motions(body, held, self.external.springs, supports, loads, mixed, self.motion)
+        pins = [] if isinstance(self.motion, Inertia) else motions.pins(space, mixed)
         self.size = motions.size
-        self._measured = None
-        if mixed:
-            dofs = np.asarray(space.sub(0).collapse()[1], dtype=np.int32)
-            self._measured = dofs[dofs < owned_dofs(space)]
+        self._measured = displacement_dofs(space) if mixed else None
         self._work = np.zeros_like(self.u.x.array)
         self.solver = ChordNewton(
             residual,
@@ -149,23 +152,14 @@ class Mechanics:
             saddle_point=mixed,
             symmetric=self.external.symmetric,
             stabilization=equations.stabilization(self.u, self.activation, self.dx) if mixed else None,
-            depends_on=[
-                self.activation,
-                *([] if self._rate is None else [*self._rate.functions, *self._rate.weights]),
-                *self.external.constants,
-            ],
+            depends_on=[self.activation, *past, *self.external.constants],
             advice="a smaller time step, activation or load; more supports, where a slender body is free; "
             "a smaller mechanics.tolerance.",
         )
         self.pins = len(pins)
-        self._balance: Balance | None = None
-        if pins and self.external.residual:
-            stiffness = sum(float(k.value) for k, _, _ in self.external.springs)
-            negligible = 1e-6 * stiffness * self.size**body.dim
-            self._balance = Balance(space, self.u, self.external.residual, motions, mixed, negligible)
-        self.reactions = Reactions(
-            body, self.u, equations.displacement(self.u), held, self.external, self.solver
-        )
+        self._balance = balance_of(self.u, self.external, motions, mixed) if pins else None
+        w = equations.displacement(self.u)
+        self.reactions = Reactions(body, self.u, w, held, self.external, self.solver)
         self._orientation = Orientation(body, equations, self.u, self.activation)
         rate = None if self._rate is None else self._rate.rate
         self.nodal = NodalFields(equations, self.u, self.activation, rate, body.f0, self.dx)
@@ -178,10 +172,7 @@ class Mechanics:
         return f"Mechanics({', '.join(names)}; {self.body.cells} cells, {size} unknowns, {held})"
 
     def cauchy(self) -> Any:
-        """Cauchy stress σ = J⁻¹ P Fᵀ in three dimensions (1 × 1 on a line), viscous part included, UFL.
-
-        Integrate it with :attr:`dx`, or with a measure of a degree of your own.
-        """
+        """Cauchy stress J⁻¹ P Fᵀ in 3D (1 × 1 on a line), viscous part too, UFL; integrate it with ``dx``."""
         return self.nodal.cauchy
 
     def stress(self) -> npt.NDArray[np.float64]:
@@ -205,8 +196,14 @@ class Mechanics:
     def volume_follows(self) -> bool:
         """Whether J follows γ at once, so that the balance of J v may lose its type."""
         # A viscous line lags behind; where det Fe = 1, J is det Fo whatever the viscosity.
-        lags = self.relaxation_time > 0 and self.kinematics.tensor_dim == 1
+        late = self._rate is not None or isinstance(self.motion, Inertia)
+        lags = late and self.kinematics.tensor_dim == 1
         return self.kinematics.follows_activation and not lags and not self.held(np.inf)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the body follows activation and loads at once: an elastic one without motion to keep."""
+        return not self._rates
 
     # Solving.
 
@@ -220,8 +217,8 @@ class Mechanics:
     def start(self, time: float = 0.0) -> None:
         """Find the initial configuration for the present activation.
 
-        An elastic body begins in equilibrium with it (contracted where it is activated), a viscous one
-        relaxed (u = 0), a held one in its imposed stretch.
+        An elastic body begins in equilibrium with it (contracted where it is activated), one that is viscous,
+        damped or has inertia undeformed and at rest, a held one in its imposed stretch.
 
         Raises:
             ComputationError: No equilibrium was found; the displacement is what it was.
@@ -235,7 +232,7 @@ class Mechanics:
         self._past_loads = np.zeros_like(self._past_loads)
         if self.held(time):
             self._impose()
-        elif self.relaxation_time > 0:
+        elif not self.jumps:
             self._set_pressure()
         else:
             activation = self.activation.x.array.copy()
@@ -268,8 +265,8 @@ class Mechanics:
             return
         if predict and self.history.times:
             self.history.extrapolate(time, 2, self.u.x.array)
-        if self._rate is not None:
-            self._rate.set(time, order, self.history, self._past_activation)
+        for rate in self._rates:
+            rate.set(time, order, self.history, self._past_activation)
         self._equilibrate(time)
 
     def _equilibrate(self, time: float) -> None:
@@ -315,8 +312,8 @@ class Mechanics:
 
     def _set_pressure(self) -> None:
         """At rest nothing determines the pressure: take the one without mean stress in the body."""
-        if self._rate is not None:
-            self._rate.clear()
+        for rate in self._rates:
+            rate.clear()
         if self.kinematics.has_pressure:
             pressure = fem.Function(self.activation.function_space)
             pressure.x.array[:] = self.nodal.mean_stress_without_pressure()
@@ -331,7 +328,7 @@ class Mechanics:
             "solver": self.solver.state(),
             "loads": self.external.named(self._past_loads),
             "imposed": [self._imposed, float(self.handed.imposed.value)],
-            "rates": [] if self._rate is None else [float(weight.value) for weight in self._rate.weights],
+            "rates": [rate.state() for rate in self._rates],
             "seconds": self.seconds,
         }
 
@@ -340,9 +337,8 @@ class Mechanics:
         self.solver.restore(state["solver"])
         for function, field in zip(self._stateful(), state["fields"], strict=True):
             field.put(function)
-        weights = [] if self._rate is None else self._rate.weights
-        for constant, value in zip(weights, state["rates"], strict=True):
-            constant.value = value
+        for rate, saved in zip(self._rates, state["rates"], strict=True):
+            rate.restore(saved)
         self._imposed, self.handed.imposed.value = state["imposed"]
         self._past_loads = self.external.ordered(state["loads"])
         self.external.put(self._past_loads)
@@ -351,12 +347,13 @@ class Mechanics:
         self.seconds = state["seconds"]
 
     def _stateful(self) -> list[fem.Function]:
-        past = [] if self._rate is None else self._rate.functions
-        return [self.u, self.activation, self.handed.u, self.handed.a, *past]
+        return [self.u, self.activation, self.handed.u, self.handed.a]
 
     def accept(self, time: float) -> None:
         """Take the present configuration as the one at ``time``."""
         self._past_loads = self.external.at(time)
+        if self.motion is not None:
+            self.motion.accept()
         self.history.push(time)
         self._past_activation.push(time)
 
@@ -365,6 +362,8 @@ class Mechanics:
         self.history.clear()
         self._past_activation.clear()
         self.solver.forget()
+        for rate in self._rates:
+            rate.clear()
 
     @timed
     def hand_over(self, time: float, order: int = 0) -> None:

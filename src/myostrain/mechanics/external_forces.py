@@ -1,4 +1,4 @@
-"""Loads and elastic supports in the balance of forces, and their values over time."""
+"""Loads, springs and dampers in the balance of forces, and values over time."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from myostrain.geometry import Body
 from myostrain.mechanics.active_body import ActiveBody
 from myostrain.mechanics.edge import thickness_factor
 from myostrain.mechanics.loads import Loads, vector_at
+from myostrain.mechanics.motion import Drift
 from myostrain.mechanics.supports import AXES, Hold, Supports
 
 import numpy as np
@@ -26,7 +27,7 @@ class ExternalForces:
 
     A follower pressure p pushes with −p J F⁻ᵀ N per reference area, N the outward normal: its tangent is not
     symmetric in general. An elastic support pulls with −k u, or, if it resists along the normal only, with
-    −k (u·N) N. Prescribed displacements go over time as the loads do.
+    −k (u·N) N; a damper with −c v, or −c (v·N) N. Prescribed displacements go over time as the loads do.
 
     Args:
         body: The reference body.
@@ -37,6 +38,7 @@ class ExternalForces:
         loads: What pushes and pulls it.
         holds: Components of the displacement that are held.
         viscous: Whether the body is.
+        motion: Has the velocity, where there are dampers.
 
     Attributes:
         residual: UFL form, to be added to that of the body; zero where nothing acts.
@@ -57,6 +59,7 @@ class ExternalForces:
         loads: Loads,
         holds: Sequence[Hold],
         viscous: bool,
+        motion: Drift | None = None,
     ) -> None:
         kinematics, degree = active.kinematics, active.kinematics.degree
         mesh, w = body.mesh, active.displacement(u)
@@ -74,6 +77,14 @@ class ExternalForces:
             square = ufl.dot(w, normal) ** 2 if along else ufl.inner(w, w)
             self.residual += ufl.derivative(k / 2 * square * ds, u)
             self.springs.append((k, parts, along))
+        #: Coefficient, the velocity that it resists, and parts of dampers.
+        self.dampers: list[tuple[fem.Constant, Any, Sequence[str]]] = []
+        for part, coefficient, along, key in supports.dampers():
+            assert motion is not None
+            ds, c = body.boundary_measure([part], 2 * degree, key), fem.Constant(mesh, float(coefficient))
+            v = ufl.dot(motion.velocity, normal) * normal if along else motion.velocity
+            self.residual += c * ufl.inner(v, test) * ds
+            self.dampers.append((c, v, [part]))
         #: What changes over time by its key: a constant of a form or condition, and its value at a time.
         self._courses: dict[str, tuple[fem.Constant, Callable[[float], Any]]] = {}
         tractions = {}

@@ -11,7 +11,7 @@ from myostrain.geometry import Body
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads
 from myostrain.mechanics.supports import Supports
-from myostrain.validation import NonNegative, Positive, checked
+from myostrain.validation import NonNegative, Positive, Share, checked
 
 _SUPPORT, _LOAD = "give supports=Supports({0}=...)", "give loads=Loads({0}=...)"
 
@@ -24,7 +24,7 @@ FORMER = {
     "activity_max": "it is not needed; activity goes to Electromechanics",
     **{
         name: _SUPPORT.format(name)
-        for name in ("fixed", "sliding", "robin", "robin_boundary", "robin_normal")
+        for name in ("fixed", "sliding", "robin", "robin_boundary", "robin_normal", "damping")
     },
     **{name: _LOAD.format(name) for name in ("pressure", "body_force")},
 }
@@ -59,7 +59,9 @@ def check_kinds(given: Mapping[str, Any]) -> None:
             "active tension",
             "mechanics.active",
         )
-    checked(NonNegative, given["relaxation_time"], "mechanics.relaxation_time")
+    for name in ("relaxation_time", "viscosity", "density"):
+        checked(NonNegative, given[name], f"mechanics.{name}")
+    checked(Share, given["spectral_radius"], "mechanics.spectral_radius")
     checked(Positive, given["tolerance"], "mechanics.tolerance")
 
 

@@ -17,12 +17,12 @@ import ufl
 
 
 class Reactions:
-    """Forces on the body by part of the boundary that holds it: fixed, sliding, prescribed, or on springs.
+    """Forces on the body by part of the boundary that holds it: fixed, sliding, prescribed, springs, dampers.
 
-    They add up to what balances the loads. Of held parts they are sums of nodal forces, as exact as the
-    displacement's energy; a node of two such parts counts for the first of them (fixed ones, then sliding,
-    then prescribed). Of springs they are −∫ k u dS. Units are those of the modulus times an area (in a sheet,
-    times a length; on a line, as the modulus).
+    They add up to what balances the loads, and the inertia. Of held parts they are sums of nodal forces, as
+    exact as the displacement's energy; a node of two such parts counts for the first of them (fixed ones,
+    then sliding, then prescribed). Of springs they are −∫ k u dS, of dampers −∫ c v dS. Units are those of
+    the modulus times an area (in a sheet, times a length; on a line, as the modulus).
 
     Args:
         body: The reference body.
@@ -54,8 +54,12 @@ class Reactions:
             seen = np.union1d(seen, mine)
             self._dofs.append((f"reaction_{hold.part}_{AXES[hold.axis]}", mine))
         normal = ufl.FacetNormal(body.mesh)
-        for k, parts, along in external.springs:
-            force = -k * (ufl.dot(displacement, normal) * normal if along else displacement)
+        pulls = [
+            (-k * (ufl.dot(displacement, normal) * normal if along else displacement), parts)
+            for k, parts, along in external.springs
+        ]
+        pulls += [(-c * v, parts) for c, v, parts in external.dampers]
+        for force, parts in pulls:
             for part in parts or ["boundary"]:
                 measure = body.boundary_measure(None if parts is None else [part], 4)
                 for axis in range(body.dim):

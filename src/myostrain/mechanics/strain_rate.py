@@ -7,6 +7,7 @@ from typing import Any
 from myostrain.engine import fem
 from myostrain.history import History, backward_difference
 from myostrain.mechanics.active_body import ActiveBody
+from myostrain.state import FieldState, State
 
 
 class StrainRate:
@@ -33,6 +34,11 @@ class StrainRate:
         """The past unknowns and activations, one after the other."""
         return [function for pair in self.past for function in pair]
 
+    @property
+    def depends_on(self) -> list[fem.Function | fem.Constant]:
+        """What the tangent depends on."""
+        return [*self.functions, *self.weights]
+
     def set(self, time: float, order: int, us: History, activations: History) -> None:
         """Take the rate at a time over the accepted configurations, of an order at most."""
         points = min(order, len(us.times))
@@ -46,3 +52,17 @@ class StrainRate:
         """No rate."""
         for constant in self.weights:
             constant.value = 0.0
+
+    def state(self) -> State:
+        """Past configurations and their weights."""
+        return {
+            "fields": [FieldState.of(function) for function in self.functions],
+            "weights": [float(weight.value) for weight in self.weights],
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        for function, field in zip(self.functions, state["fields"], strict=True):
+            field.put(function)
+        for weight, value in zip(self.weights, state["weights"], strict=True):
+            weight.value = value

@@ -38,6 +38,8 @@ class Supports:
             the boundary.
         robin_boundary: Named parts of the boundary that a single ``robin`` acts on; all of it unless given.
         robin_normal: Stiffness of supports P N = −k (u·N) N, which let the body slide, by named part.
+        damping: Coefficient c of dampers P N = −c v, v the velocity, by named part of the boundary.
+        damping_normal: Coefficient of dampers P N = −c (v·N) N, by named part.
 
     Raises:
         InputError: A value does not fit its type.
@@ -49,6 +51,8 @@ class Supports:
     robin: NonNegative | Mapping[str, NonNegative] = 0.0
     robin_boundary: tuple[str, ...] | None = None
     robin_normal: Mapping[str, NonNegative] = field(default_factory=dict)
+    damping: Mapping[str, NonNegative] = field(default_factory=dict)
+    damping_normal: Mapping[str, NonNegative] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -76,6 +80,13 @@ class Supports:
             yield self.robin_boundary, self.robin, False, f"mechanics.{key}"
         for part, stiffness in self.robin_normal.items():
             yield [part], stiffness, True, f"mechanics.robin_normal.{part}"
+
+    def dampers(self) -> Iterator[tuple[str, float, bool, str]]:
+        """Part, coefficient, whether along the normal only, and key of each damper that resists."""
+        for name, coefficients in (("damping", self.damping), ("damping_normal", self.damping_normal)):
+            for part, coefficient in coefficients.items():
+                if coefficient > 0:
+                    yield part, coefficient, name == "damping_normal", f"mechanics.{name}.{part}"
 
 
 @dataclass(frozen=True)
