@@ -17,6 +17,16 @@ def first_rise(times: Array, values: Array, level: float) -> float | None:
     return float(times[i] + share * (times[i + 1] - times[i]))
 
 
+def last_fall(times: Array, values: Array, level: float) -> float | None:
+    """When values last fall through a level, linear in time."""
+    falls = np.flatnonzero((values[:-1] >= level) & (values[1:] < level))
+    if not len(falls):
+        return None
+    i = falls[-1]
+    share = (values[i] - level) / (values[i] - values[i + 1])
+    return float(times[i] + share * (times[i + 1] - times[i]))
+
+
 def wave(times: Array, values: Array) -> dict[str, float | None]:
     """A wave at one place.
 

@@ -61,7 +61,7 @@ def wave(case: Mapping[str, Any], probe: str, rectified: bool) -> Found:
     if rectified:
         described = dataclasses.replace(described, law=Rectified(described.law.beta))
     simulation = described.simulation()
-    recorder = _AtProbe(simulation.model, probe, case["probes"][probe], case["fibres"]["direction"])
+    recorder = AtProbe(simulation.model, probe, case["probes"][probe], case["fibres"]["direction"])
     recorder.every = getattr(simulation.model.scheme, "every", 1)
     results = simulation.run(recorder)
     times = np.array(recorder.times)
@@ -77,7 +77,7 @@ def wave(case: Mapping[str, Any], probe: str, rectified: bool) -> Found:
     return Found(numbers, {"times": times, "potential": potential, "shortening": shortening})
 
 
-class _AtProbe:
+class AtProbe:
     """Samples v and 1 − |F f0| in the probe's triangle, where mechanics has been solved."""
 
     every = 1
@@ -98,6 +98,7 @@ class _AtProbe:
         self.shortening: list[float] = []
 
     def update(self, step: int, time: float) -> None:
+        """Sample the state that mechanics was solved for."""
         if step % self.every:
             return
         assert self._model.mechanics is not None

@@ -1,0 +1,215 @@
+"""What the chapters on delay and on human pulses measure with: courses, filters, pulses that travel."""
+
+from myostrain.activation import Rossi2014
+from myostrain.activation.force_length import force_length
+from myostrain.reproduce.chapters.delay import jobs, numbers
+from myostrain.reproduce.jobs import Found
+from myostrain.reproduce.measurements import contraction, signals
+from myostrain.reproduce.measurements.contraction import course_job, pulse, timing
+from myostrain.reproduce.verdict import claims, judge
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+TIMES = np.linspace(0.0, 10.0, 4001)
+HALF, TENTH = np.sqrt(np.log(2)), np.sqrt(np.log(10))
+
+
+def bell(times, centre, width):
+    return np.exp(-(((times - centre) / width) ** 2))
+
+
+def test_when_a_place_contracts_and_for_how_long():
+    """All of `timing` on bells, in closed form."""
+    found = timing(TIMES, bell(TIMES, 3.0, 1.0), 0.2 * bell(TIMES, 4.0, 1.5))
+    upstroke = 3.0 - HALF
+    wanted = {
+        "upstroke": upstroke,
+        "excitation_peak": 1.0,
+        "duration": 2 * HALF,
+        "repolarization": HALF + TENTH,
+        "peak": 0.2,
+        "peak_delay": 4.0 - upstroke,
+        "rise_delay": 4.0 - 1.5 * HALF - upstroke,
+        "half_end": 4.0 + 1.5 * HALF - upstroke,
+        "tenth_end": 4.0 + 1.5 * TENTH - upstroke,
+        "half_length": 1.5,
+        "tenth_length": (4.0 + 1.5 * TENTH - upstroke) / (HALF + TENTH),
+        "delay_share": (4.0 - upstroke) / (HALF + TENTH),
+    }
+    assert found == pytest.approx(wanted, abs=2e-6, rel=2e-5)
+
+
+def test_what_has_not_happened_is_none():
+    """No upstroke, no contraction, a contraction that still grows, one that has not ended."""
+    flat = np.zeros_like(TIMES)
+    assert timing(TIMES, flat, flat)["upstroke"] is None
+    none = timing(TIMES, bell(TIMES, 3.0, 1.0), flat)
+    assert none["repolarization"] is not None
+    assert none["peak_delay"] is None
+    assert timing(TIMES, bell(TIMES, 3.0, 1.0), TIMES)["tenth_length"] is None
+    open_end = timing(TIMES, bell(TIMES, 3.0, 1.0), bell(TIMES, 9.0, 2.0))
+    assert open_end["peak_delay"] == pytest.approx(6.0 + HALF, abs=1e-5)
+    assert open_end["tenth_length"] is None
+    assert signals.last_fall(TIMES, np.cos(2 * np.pi * TIMES / 4), 0.0) == pytest.approx(9.0)
+
+
+def test_a_pulse_that_travels():
+    """sech² with x′ = 1 − s v: celerity, both widths and both steepnesses in closed form."""
+    c, size, s = 2.0, 0.8, 0.3
+    X = np.linspace(0, 20, 8001)
+    front = 1 / np.cosh((X - 10) / size) ** 2
+    v = 1 / np.cosh((10 - c * TIMES) / size) ** 2
+    x = X - s * size * np.tanh((X - 10) / size)
+    arrays = {"times": TIMES, "excitation": v, "shortening": s * v, "X": X, "x": x, "front": front}
+    found = pulse(arrays, (3.0, 5.0), (6.0, 10.0))
+    width = 2 * size * np.arccosh(np.sqrt(2))
+    y = np.linspace(0, 1, 100_001)
+    assert found == pytest.approx(
+        {
+            "celerity": c,
+            "width_material": width,
+            "width_spatial": width - 2 * s * size * np.tanh(width / 2 / size),
+            "steepness_material": 4 / (3 * np.sqrt(3)) / size,
+            # v′ = 2 v √(1 − v)/size, over x′ = 1 − s v
+            "steepness_spatial": (2 * y * np.sqrt(1 - y) / size / (1 - s * y)).max(),
+        },
+        rel=1e-5,
+    )
+    assert set(pulse(arrays, (3.0, None), (6.0, 10.0)).values()) == {None}
+
+
+def integrated(rate, sub=40):
+    """A course by SciPy at every 40th of the times."""
+    solution = solve_ivp(rate, (0, 10), [0.0], t_eval=TIMES[::sub], rtol=1e-9, atol=1e-11, max_step=0.1)
+    return solution.y[0]
+
+
+def v_of(t):
+    return bell(t, 3.0, 1.0)
+
+
+def test_laws_at_one_place_are_those_of_an_independent_integrator():
+    """Viscosity, rise and fall times and Rossi's law with λ = 1 + γ, against SciPy."""
+    v = v_of(TIMES)
+    found = contraction.viscous(TIMES, v, 0.3, np.array([0.2, 1.0]))
+    for one, lam in zip(found.T, (0.2, 1.0), strict=True):
+
+        def rate(t, y, lam=lam):
+            gamma = -0.3 * v_of(t)
+            return (gamma / (1 + gamma) - y) / lam
+
+        exact = -integrated(rate) * (1 - 0.3 * v[::40])
+        np.testing.assert_allclose(one[::40], exact, atol=2e-6)
+    found = contraction.relaxing(TIMES, v, 0.3, np.array([0.2]), np.array([1.5]), np.array([0.05]))
+    exact = integrated(lambda t, y: (0.3 * v_of(t) - y) / np.where(v_of(t) > 0.05, 0.2, 1.5))
+    np.testing.assert_allclose(found[::40, 0], exact, atol=1e-4)  # the switch lies between two times
+    law = Rossi2014(alpha=-4.0, mu=5.0)
+
+    def calcium(t):
+        return 0.1 + 0.8 * v_of(t)
+
+    def driven(t, g):
+        c = calcium(t)
+        force = -4.0 * np.maximum(c - 0.2155, 0) ** 2 * force_length(1 + g)
+        return (force + 2 * (1 + g) ** 2 * ((1 + g) ** -3 - 1)) / (5.0 * c**2)
+
+    found = contraction.driven(TIMES, calcium(TIMES), law)
+    exact = -integrated(driven)
+    assert exact.max() > 0.05
+    np.testing.assert_allclose(found[::40], exact, atol=5e-4)
+
+
+LINE = ("geometry.length=30.0", "geometry.spacing=1.0", "probes={}", "output.rigid_twin=false")
+
+
+def test_a_place_of_a_free_line_contracts_by_itself():
+    """The coupled line's shortening is its own potential put through the law; steps may grow."""
+    stages = ((4e-3, 0.6), (8e-3, 1.4))
+    relaxing = "activation={law='relaxing', rise=0.05, fall=0.3}"
+    job = course_job("pulse-1d", (*LINE, relaxing), stages=stages, watch=15.0, places=(10.0, 20.0))
+    found = job.run()
+    times, v = found.arrays["times"], found.arrays["excitation"]
+    assert np.diff(times).max() == pytest.approx(8e-3)
+    alone = contraction.relaxing(times, v, 0.3, *(np.array([value]) for value in (0.05, 0.3, 0.05)))[:, 0]
+    # x′ is that of the two cells at the node.
+    np.testing.assert_allclose(found.arrays["shortening"], alone, atol=4e-3)
+    assert found.numbers["peak"] == pytest.approx(alone.max(), abs=5e-4)
+    uniform = course_job(
+        "pulse-1d", (*LINE, relaxing), stages=((4e-3, 1.4),), watch=15.0, places=(10.0, 20.0)
+    )
+    other = uniform.run().numbers
+    assert {k: v for k, v in found.numbers.items() if v is not None} == pytest.approx(
+        {k: v for k, v in other.items() if v is not None}, rel=0.02
+    )
+
+
+def test_a_place_of_a_sheet():
+    """A free sheet in plane stress shortens by 1 − (1 + γ)^(2/3) where γ is uniform."""
+    overrides = (
+        'geometry={kind="rectangle", size=[4.0, 2.0], spacing=1.0}',
+        "fibres.direction=[1.0, 0.0]",
+        "initial={potential=0.0, center=[0.0, 0.0], radius=1.0}",
+        "activation={law='timed', gamma_min=-0.2, start=0.0, end=0.2, period=1.0}",
+        "mechanics={kinematics='plane-stress'}",
+        "probes={}",
+    )
+    job = course_job("sheet-2d", overrides, stages=((0.01, 0.05), (0.05, 0.2)), watch=(2.0, 1.0))
+    found = job.run().arrays
+    gamma = -0.2 * np.sin(np.pi * found["times"] / 0.2) ** 2
+    np.testing.assert_allclose(found["shortening"], 1 - (1 + gamma) ** (2 / 3), atol=1e-5)
+    assert found["shortening"].max() > 0.1
+
+
+def made_up():
+    """Outcomes of a membrane whose viscosity is never both, and whose relaxing law is."""
+    settings = jobs.map_settings("BOCF", True)
+
+    n = len(settings["relaxation"])
+    arrays = {
+        "viscosity delay_share": np.linspace(0.05, 0.6, n),
+        "viscosity tenth_length": np.linspace(1.0, 1.5, n),
+        "viscosity peak": np.linspace(0.3, 0.1, n),
+    }
+    shape = (2, len(settings["rise"]), len(settings["fall"]))
+    arrays |= {
+        "relaxing delay_share": np.broadcast_to(np.linspace(0.1, 0.5, shape[1])[:, None], shape),
+        "relaxing tenth_length": np.full(shape, 1.4),
+        "relaxing peak": np.full(shape, 0.2),
+        "relaxing left": np.zeros(shape),
+    }
+    rossi = {"delay_share": 0.6, "tenth_length": np.nan, "peak": 0.05}
+    arrays |= {f"rossi {key}": np.full(4, value) for key, value in rossi.items()}
+    return settings, Found({"repolarization": 200.0}, arrays)
+
+
+def test_which_laws_are_a_hearts():
+    """Counts and bounds from the arrays of a map, one by one."""
+    settings, made = made_up()
+    found = numbers._map(made, settings, {"peak": 0.25})
+    share, length = (made.arrays[f"viscosity {key}"] for key in ("delay_share", "tenth_length"))
+    inside = [50 / 270 <= s <= 100 / 270 for s in share]
+    assert found["viscosity"]["delayed"] == sum(inside)
+    assert found["viscosity"]["outlasting"] == sum(one >= 1.25 for one in length)
+    assert found["viscosity"]["both"] == sum(a and b >= 1.25 for a, b in zip(inside, length, strict=True))
+    assert found["viscosity"]["longest_of_delayed"] == max(length[inside])
+    assert found["viscosity"]["least_delay_of_outlasting"] == min(share[length >= 1.25])
+    assert found["viscosity"]["compared"] == pytest.approx(
+        np.interp(75 / 270, share, made.arrays["viscosity peak"]) / 0.25
+    )
+    # Not back by the end of the run outlasts it.
+    assert found["rossi"] == {"laws": 4, "delayed": 0, "outlasting": 4, "both": 0, "longest_of_delayed": None,
+                              "least_delay_of_outlasting": 0.6, "shortening_of_delayed": None,
+                              "shortening_of_both": None}  # fmt: skip
+    assert found["relaxing"]["both"] == found["relaxing"]["delayed"]
+
+
+def test_the_verdict_on_viscosity_follows_the_numbers():
+    """Borne out as it is; not if one viscosity were both, or if none delayed."""
+    claim = claims("delay")["viscosity"]
+    good = {"membranes_delayed": 2, "laws_with_both": 0, "longest_of_delayed": 1.15,
+            "human_delay_of_outlasting_ms": 128.0}  # fmt: skip
+    assert judge(claim, {"as measured": good}).kind == "agrees"
+    for fault in ({"laws_with_both": 1}, {"membranes_delayed": 1}, {"longest_of_delayed": 1.3}):
+        assert judge(claim, {"as measured": good | fault}).kind == "does not agree"
