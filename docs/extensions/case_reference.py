@@ -114,6 +114,11 @@ def reference() -> str:
             "### `imposed_stretch = { ... }`",
             keys(imposed_stretch.ImposedStretch, intro=True),
         ],
+        "circulation": [
+            choice("kind", case.CIRCULATIONS),
+            keys(case.CirculationSection, intro=True),
+            *variants("kind", case.CIRCULATIONS, without=("cavities",)),
+        ],
         "time": [
             keys(case.TimeSection),
             choice("scheme", case.SCHEMES, "second-order"),
@@ -143,10 +148,10 @@ def choice(key, choices, default=None):
     return f"`{key}`\n: {words}; {usual}."
 
 
-def variants(key, choices, moved=None):
+def variants(key, choices, moved=None, without=()):
     for word, cls in choices.items():
         yield f'### `{key} = "{word}"`'
-        yield keys(cls, intro=True, moved=moved)
+        yield keys(cls, intro=True, moved=moved, without=without)
 
 
 def keys(cls, *, intro=False, moved=None, without=()):

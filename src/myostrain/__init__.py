@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import myostrain_engine_first  # noqa: F401 - DOLFINx may be imported before or after
 
 if TYPE_CHECKING:
-    from myostrain import activation, geometry, kinematics, materials, membranes, theory
+    from myostrain import activation, circulation, geometry, kinematics, materials, membranes, theory
     from myostrain.case.case import Case
     from myostrain.case.running import run_case
     from myostrain.conduction import cable
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     )
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
-    from myostrain.mechanics import ImposedStretch, Loads, Mechanics, Supports
+    from myostrain.mechanics import Cavities, ImposedStretch, Loads, Mechanics, Supports
     from myostrain.output.opening import Results, open  # noqa: A004
     from myostrain.output.tips import Tip
     from myostrain.run.schedule import Callback
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Callback",
     "Case",
+    "Cavities",
     "ComputationError",
     "Drive",
     "Electromechanics",
@@ -75,6 +76,7 @@ __all__ = [
     "build",
     "cable",
     "cell",
+    "circulation",
     "geometry",
     "kinematics",
     "materials",
@@ -102,7 +104,7 @@ _MODULES = {
     ),
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),
-    "mechanics": ("ImposedStretch", "Loads", "Mechanics", "Supports"),
+    "mechanics": ("Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports"),
     "output.opening": ("Results", "open"),
     "output.tips": ("Tip",),
     "run.schedule": ("Callback",),

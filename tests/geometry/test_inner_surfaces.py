@@ -3,7 +3,7 @@
 import myostrain as ms
 from myostrain import Case, InputError
 from myostrain.engine import fem
-from myostrain.output.cavity import Cavity
+from myostrain.mechanics.cavity import Cavity
 
 import pytest
 

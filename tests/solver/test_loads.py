@@ -226,7 +226,7 @@ def test_a_ramp_is_followed_in_time():
     for one in (mechanics, other):
         one.solve(0.9)
     np.testing.assert_array_equal(other.u.x.array, mechanics.u.x.array)
-    assert mechanics.external.pressures() == {"right": pytest.approx(-0.9)}
+    assert mechanics.external.pressures["right"].value == pytest.approx(-0.9)
 
 
 def fails_beyond(longest, u, log):

@@ -16,7 +16,7 @@ LAYERS = [
     {"engine"},
     {"validation", "state"},
     {"history", "course", "directions", "pointwise"},
-    {"geometry", "kinematics", "materials", "membranes", "activation", "theory"},
+    {"circulation", "geometry", "kinematics", "materials", "membranes", "activation", "theory"},
     {"solvers"},
     {"electrics", "mechanics"},
     {"transfer", "schemes"},

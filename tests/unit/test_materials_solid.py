@@ -9,7 +9,7 @@ from myostrain.engine import fem
 from myostrain.geometry import EllipsoidalFibres, Microstructure, Ventricle
 from myostrain.kinematics import Solid
 from myostrain.materials import Guccione1995, HolzapfelOgden2009, NeoHookean, Spring, Usyk2002
-from myostrain.output.cavity import Cavity
+from myostrain.mechanics.cavity import Cavity
 from myostrain.output.figures.material import draw_material, equibiaxial, simple_shear, uniaxial
 
 import numpy as np

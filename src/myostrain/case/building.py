@@ -54,6 +54,7 @@ def model(case: Any, comm: Any) -> Electromechanics:
             damping_normal=case.mechanics.damping_normal or {},
         ),
         loads=Loads(pressure=case.mechanics.pressure or {}, traction=case.mechanics.traction or {}),
+        cavities=case.cavities,
         relaxation_time=case.mechanics.relaxation_time,
         viscosity=case.mechanics.viscosity,
         density=case.mechanics.density,

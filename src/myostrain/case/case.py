@@ -16,6 +16,7 @@ from myostrain.case.exclusions import check_drive, check_rigid
 from myostrain.case.overrides import override
 from myostrain.case.parsing import (
     make,
+    make_cavities,
     make_placed,
     make_points,
     make_solver,
@@ -23,10 +24,11 @@ from myostrain.case.parsing import (
     make_variations,
     pick,
     plain,
-    word,
 )
+from myostrain.case.resolved import resolved
 from myostrain.case.sections import (
     CELLS,
+    CIRCULATIONS,
     DEFORMATIONS,
     FIBRES,
     GEOMETRIES,
@@ -50,7 +52,7 @@ from myostrain.coupling import Electromechanics
 from myostrain.electrics import Drive, InitialValues, Stimulus, StretchCurrent, Variation
 from myostrain.engine import MPI
 from myostrain.errors import InputError, dotted, nearest, shown
-from myostrain.mechanics import ImposedStretch
+from myostrain.mechanics import Cavities, ImposedStretch
 from myostrain.output.units import units_of
 from myostrain.run.simulation import Simulation
 from myostrain.schemes import Implicit
@@ -88,6 +90,7 @@ class Case:
     material: Any
     kinematics: Any
     mechanics: MechanicsSection
+    cavities: Cavities | None
     scheme: Any
     time: TimeSection
     probes: Mapping[str, tuple[float, ...]]
@@ -192,6 +195,7 @@ class Case:
         strain = _take(part["activation"], active)
         through = _take(part["activation"], TransmuralSection)
         material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
+        connected = part["circulation"] and pick(part["circulation"], "circulation.kind", CIRCULATIONS)
         scheme = pick(part["time"], "time.scheme", SCHEMES, "second-order")
 
         for section in ("geometry", "fibres", "cell", "drive"):
@@ -249,6 +253,7 @@ class Case:
                 "mechanics",
                 also=("kinematics", "every", *(f.name for f in dataclasses.fields(kin))),
             ),
+            "cavities": make_cavities(connected, part["circulation"]) if connected else None,
             "kinematics": make(kin, constraint, "mechanics"),
             "scheme": make(
                 scheme,
@@ -272,7 +277,7 @@ class Case:
         units_of(None if driven else made["cell"], plain(made["units"]))
         texts = {"name": data.get("name", name)}
         texts |= {"title": data.get("title", texts["name"]), "cost": data.get("cost", "")}
-        return cls(**texts, **made, parameters=_resolved(texts, made))
+        return cls(**texts, **made, parameters=resolved(texts, made))
 
     @property
     def dim(self) -> int | None:
@@ -291,8 +296,8 @@ class Case:
         output = dataclasses.replace(self.output, rigid_twin=False)
         made = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
         texts = {"name": f"{self.name}-rigid", "title": f"{self.title}, rigid", "cost": self.cost}
-        made |= {"mechanics": mechanics, "output": output, **texts}
-        return Case(**{**made, "parameters": _resolved(texts, made)})
+        made |= {"mechanics": mechanics, "cavities": None, "output": output, **texts}
+        return Case(**{**made, "parameters": resolved(texts, made)})
 
     def to_toml(self) -> str:
         """The case as TOML with everything resolved; :meth:`from_file` reads it back."""
@@ -341,60 +346,3 @@ def _whole(folder: Path, path: str, key: str) -> str:
         ) from None
     except (ValueError, OSError, RuntimeError) as error:  # a null byte, a loop of links
         raise InputError(f"{shown(path)} is no path: {error}", key) from error
-
-
-def _placed(things: Sequence[Any]) -> Any:
-    """Tables of things in places; one table for one thing."""
-    tables = _tables(things)
-    return tables[0] if len(tables) == 1 else tables
-
-
-def _tables(things: Sequence[Any]) -> list[dict[str, Any]]:
-    tables = [{**(plain(thing.where) or {}), **plain(thing)} for thing in things]
-    return [{k: v for k, v in table.items() if k != "where" and v != {}} for table in tables]
-
-
-def _resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, Any]:
-    """The case as nested dictionaries with everything resolved."""
-    kin, scheme = plain(made["kinematics"]), plain(made["scheme"])
-    pace = {"every": scheme.pop("every")} if "every" in scheme else {}
-    moving = _moving(made, kin, pace) if not isinstance(made["kinematics"], Rigid) else {}
-    fibres, solved = made["fibres"], made["drive"] is None
-    sections = {
-        "units": plain(made["units"]),
-        "geometry": {"kind": word(made["geometry"], GEOMETRIES), **plain(made["geometry"])},
-        "fibres": {"kind": word(fibres, FIBRES), **plain(fibres)} if fibres is not None else None,
-        "cell": _cell(made) if solved else None,
-        "potential": plain(made["potential"]) if solved else None,
-        "initial": _placed(made["initial"]),
-        "stimulus": _placed(made["stimuli"]),
-        "drive": plain(made["drive"]),
-        "activation": moving.get("activation"),
-        "material": moving.get("material"),
-        "mechanics": {"kinematics": word(made["kinematics"], KINEMATICS), **moving.get("mechanics", {})},
-        "time": {**plain(made["time"]), "scheme": word(made["scheme"], SCHEMES), **scheme},
-        "probes": plain(made["probes"]),
-        "electrodes": plain(made["electrodes"]),
-        "output": plain(made["output"]),
-        "solver": plain(made["solver"]),
-    }
-    return {**texts, **{name: section for name, section in sections.items() if section}}
-
-
-def _cell(made: Mapping[str, Any]) -> dict[str, Any]:
-    """The section of the membrane."""
-    lists = {"stretch_current": _placed(made["stretch_currents"]), "variation": _tables(made["variations"])}
-    cell = {"model": word(made["cell"], CELLS), **plain(made["cell"]), **plain(made["beginning"])}
-    return {**cell, **{name: tables for name, tables in lists.items() if tables}}
-
-
-def _moving(made: Mapping[str, Any], kin: Mapping[str, Any], pace: Mapping[str, Any]) -> dict[str, Any]:
-    """The sections of a body that moves."""
-    activity = {"law": word(made["law"], LAWS), **plain(made["law"]), **plain(made["active"])}
-    if not isinstance(made["active"], FibreTension):
-        activity["deformation"] = word(made["active"], DEFORMATIONS)
-    return {
-        "activation": {**activity, **plain(made["transmural"])},
-        "material": {"model": word(made["material"], MATERIALS), **plain(made["material"])},
-        "mechanics": {**kin, **plain(made["mechanics"]), **pace},
-    }

@@ -35,7 +35,9 @@ def check_rigid(data: Mapping[str, Any]) -> None:
     Raises:
         InputError: It is there.
     """
-    unused = [(section, "") for section in ("activation", "material", "drive") if section in data]
+    unused = [
+        (section, "") for section in ("activation", "material", "drive", "circulation") if section in data
+    ]
     unused += [("mechanics", key) for key in data["mechanics"] if key != "kinematics"]
     if isinstance(data.get("solver"), Mapping) and "mechanics" in data["solver"]:
         unused.append(("solver", "mechanics"))

@@ -8,8 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from myostrain.case.sections import CirculationSection
 from myostrain.electrics import Place, StretchCurrent, Variation
 from myostrain.errors import InputError, dotted, nearest, shown
+from myostrain.mechanics import Cavities
 from myostrain.membranes.variants import changes
 from myostrain.solvers.options import check_options
 from myostrain.validation import Finite, InvalidDescription, flat, plain_words
@@ -140,6 +142,26 @@ def make_variations(given: Any, membrane: Any) -> tuple[Variation, ...]:
         made.append(make(Variation, {**values, "where": where}, here))
         made[-1].check(membrane, here)
     return tuple(made)
+
+
+def make_cavities(connected: Any, section: Mapping[str, Any]) -> Cavities:
+    """Make the cavities of a case.
+
+    Args:
+        connected: The class of what they are connected to.
+        section: [circulation], without its kind.
+
+    Raises:
+        InputError: A key is unknown, or a value is not allowed.
+    """
+    names = [f.name for f in dataclasses.fields(CirculationSection)]
+    own = make(CirculationSection, {k: v for k, v in section.items() if k in names}, "circulation")
+    others = {k: v for k, v in section.items() if k not in names}
+    cavities = (own.cavity,) if isinstance(own.cavity, str) else own.cavity
+    if any(field.name == "cavities" for field in dataclasses.fields(connected)):
+        others["cavities"] = len(cavities)
+    made = make(connected, others, "circulation", also=("kind", *names))
+    return Cavities(names=cavities, circulation=made, preload=own.preload)
 
 
 def make_points(

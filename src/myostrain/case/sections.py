@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from myostrain import activation, geometry, kinematics, materials, membranes
+from myostrain import activation, circulation, geometry, kinematics, materials, membranes
 from myostrain.course import Course
 from myostrain.electrics.diffusion import Mass
 from myostrain.electrics.front import Current
@@ -79,6 +79,11 @@ CELLS = {
     for name, cls in _exported(membranes, "current").items()
 }
 MATERIALS = _exported(materials, "energy")
+CIRCULATIONS = {
+    "pressure": circulation.PrescribedPressure,
+    "volume": circulation.PrescribedVolume,
+    "isovolumetric": circulation.Isovolumetric,
+}
 SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondOrder}
 
 
@@ -184,6 +189,20 @@ class MechanicsSection:
 
 
 @description
+class CirculationSection:
+    """[circulation]: what cavities of a solid are connected to; their pressures are then unknowns.
+
+    Args:
+        cavity: The part of the boundary that is the wall of the cavity, or a list of them.
+        preload: Pressure in the cavity at the beginning, zero unless given: one, or one a cavity. The body
+            begins in equilibrium with it. Where volume or pressure are given there is none.
+    """
+
+    cavity: str | tuple[str, ...] = "endocardium"
+    preload: NonNegative | tuple[NonNegative, ...] | None = None
+
+
+@description
 class TimeSection:
     """[time] but for the scheme: time step and end."""
 
@@ -248,6 +267,7 @@ SECTIONS = {
     "activation": False,
     "material": False,
     "mechanics": True,
+    "circulation": False,
     "time": True,
     "probes": False,
     "electrodes": False,

@@ -1,8 +1,9 @@
 """Equilibrium of the active body: its energy, loads, supports, and the checks of what is given and found."""
 
+from myostrain.mechanics.cavities import Cavities
 from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads
 from myostrain.mechanics.supports import Supports
 
-__all__ = ["ImposedStretch", "Loads", "Mechanics", "Supports"]
+__all__ = ["Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from myostrain import materials
 from myostrain.course import value_at
@@ -12,6 +11,8 @@ from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
+from myostrain.mechanics.cavities import Cavities
+from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads, times_of, vector_at
 from myostrain.mechanics.motion import Drift, Inertia
@@ -24,32 +25,34 @@ import numpy as np
 def free_motions(
     body: Body,
     holds: Sequence[Hold],
-    springs: Sequence[tuple[Any, Sequence[str] | None, bool]],
+    external: ExternalForces,
     supports: Supports,
     loads: Loads,
     mixed: bool,
     motion: Drift | None,
+    cavities: Sequence[str],
 ) -> RigidMotions:
     """The rigid motions that supports leave free, with what is given checked against them.
 
     Args:
         body: The reference body.
         holds: Components of the displacement that are held.
-        springs: Elastic supports: stiffness, parts (None for all), whether along the normal only.
+        external: What acts from outside, elastic supports among it.
         supports: What holds the body.
         loads: What pushes and pulls it.
         mixed: Whether a pressure is unknown.
         motion: What the balance of forces has of the motion.
+        cavities: Parts of the boundary that are walls of cavities.
 
     Raises:
         InputError: A free body is loaded or damped without inertia, or the pressure is not determined.
     """
-    on_springs = [(parts, None if along else range(body.dim)) for _, parts, along in springs]
+    on_springs = [(parts, None if along else range(body.dim)) for _, parts, along in external.springs]
     if mixed and not on_springs:
         check_room(body, supports, holds)
     motions = RigidMotions(body, [*(([hold.part], [hold.axis]) for hold in holds), *on_springs])
     if not isinstance(motion, Inertia):
-        check_held(motions, loads)
+        check_held(motions, loads, cavities)
         if motion is not None and motions.free.shape[1]:
             raise InputError(
                 "dampers do not hold a body without inertia: fix a part, give robin > 0, or density > 0",
@@ -86,8 +89,8 @@ def _flat_axis(body: Body, part: str) -> int | None:
         return None
 
 
-def check_held(motions: RigidMotions, loads: Loads) -> None:
-    """Refuse loads on a body that is free to follow them.
+def check_held(motions: RigidMotions, loads: Loads, cavities: Sequence[str] = ()) -> None:
+    """Refuse loads, and pressures of cavities, on a body that is free to follow them.
 
     Raises:
         InputError: They are.
@@ -96,6 +99,12 @@ def check_held(motions: RigidMotions, loads: Loads) -> None:
         return
     if loads.body_force is not None:
         raise InputError("a loaded body must be held: fix a part of it, or give robin > 0", "mechanics.fixed")
+    if any(np.abs(force).max() > 1e-6 * area for force, area in map(motions.push, cavities)):
+        raise InputError(
+            "the pressure in a cavity pushes the body along a motion that nothing holds: fix a part of the "
+            "boundary, let the base slide in its plane, or give robin > 0",
+            "mechanics.sliding",
+        )
     pressed = {part: motions.push(part) for part in loads.pressure}
     pulled = {
         part: [motions.push(part, axis) for axis in np.eye(len(motions.middle))] for part in loads.traction
@@ -115,6 +124,40 @@ def check_held(motions: RigidMotions, loads: Loads) -> None:
                 "one slide in its plane, or give robin > 0",
                 f"mechanics.{key}.{next(iter(getattr(loads, key)))}",
             )
+
+
+def check_cavities(
+    cavities: Cavities | None,
+    kinematics: Kinematics,
+    loads: Loads,
+    stretch: ImposedStretch | None,
+    late: bool,
+) -> None:
+    """Refuse cavities where there are none, or whose pressures are given twice.
+
+    Raises:
+        InputError: It names the key.
+    """
+    if cavities is None:
+        return
+    if kinematics.dim != 3:
+        raise InputError("only a solid has cavities: leave the section out", "circulation")
+    if stretch is not None:
+        raise InputError(
+            "an imposed stretch leaves a cavity no volume of its own; leave it out", "circulation"
+        )
+    for part in cavities.names:
+        if part in loads.pressure:
+            raise InputError(
+                "the circulation finds this pressure; leave it out, or give it as [circulation] with "
+                'kind = "pressure"',
+                f"mechanics.pressure.{part}",
+            )
+    if late and cavities.preload is not None and np.any(np.asarray(cavities.preload) > 0):
+        raise InputError(
+            "a body with viscosity, dampers or inertia begins relaxed, at zero pressure: leave it out",
+            "circulation.preload",
+        )
 
 
 def check_stretch(body: Body, kinematics: Kinematics, stretch: ImposedStretch, supports: Supports) -> float:

@@ -13,7 +13,8 @@ from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
 from myostrain.mechanics.active_body import ActiveBody
 from myostrain.mechanics.balance import balance_of
-from myostrain.mechanics.checks import check_fit, check_stretch, free_motions
+from myostrain.mechanics.cavities import Cavities, CavityPressures
+from myostrain.mechanics.checks import check_cavities, check_fit, check_stretch, free_motions
 from myostrain.mechanics.discretization import displacement_dofs, unknown_space, volume_measure
 from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.mechanics.handed_over import HandedOver
@@ -53,6 +54,7 @@ class Mechanics:
             :class:`~myostrain.activation.ActiveTension`.
         supports: What holds the body; nothing unless given.
         loads: What pushes and pulls it; nothing unless given.
+        cavities: Cavities whose pressures are unknowns, and what they are connected to; none unless given.
         relaxation_time: λ of the Kelvin–Voigt body, (4.14) on a line; zero for an elastic one.
         viscosity: η in place of 2 λ μ: the stress η Ė, a stress times a time.
         density: Mass per reference volume, for a body with inertia; zero for a quasi-static one.
@@ -74,6 +76,7 @@ class Mechanics:
         deformation: F and J of the configuration handed over to the potential.
         handed: The configuration in ``deformation``; :meth:`hand_over` writes it.
         motion: Velocity and acceleration of a body that has inertia or dampers; None of another one.
+        cavities: Pressures and volumes of the cavities.
         reactions: Forces by which supports hold the body.
         nodal: Stress, stretch and displacement at the mesh's nodes.
         seconds: Wall-clock seconds spent in solving.
@@ -89,6 +92,7 @@ class Mechanics:
         active: ActiveDeformation | ActiveTension | None = None,
         supports: Supports | None = None,
         loads: Loads | None = None,
+        cavities: Cavities | None = None,
         relaxation_time: float = 0.0,
         viscosity: float = 0.0,
         density: float = 0.0,
@@ -114,21 +118,22 @@ class Mechanics:
         self.u = fem.Function(space, name="displacement")
         self.activation = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="activation")
         self.history, self._past_activation = History(self.u, depth=3), History(self.activation, depth=2)
-
         stretch = imposed_stretch
         ratio = None if stretch is None else check_stretch(body, kinematics, stretch, supports)
         for_ever = stretch is not None and bool(np.isinf(stretch.until))
         self.handed = HandedOver(equations, self.u, self.activation, ratio, for_ever)
         self.deformation = self.handed.deformation
         self._imposed = 0.0  # one while the configuration is an imposed stretch
-
         residual = ufl.derivative(equations.energy(self.u, self.activation) * self.dx, self.u)
         held, test = holds(body, space, supports, mixed), ufl.TestFunction(space)
         self.motion = motion_of(self.u, equations.displacement, supports, density, spectral_radius)
         residual += self.motion.inertia(equations.displacement(test)) if self.motion is not None else 0
+        check_cavities(cavities, kinematics, loads, imposed_stretch, viscous or self.motion is not None)
+        inner = () if cavities is None else cavities.names
         self.external = ExternalForces(
-            body, equations, self.u, self.activation, supports, loads, held, viscous, self.motion
+            body, equations, self.u, self.activation, supports, loads, held, viscous, self.motion, inner
         )
+        self.cavities = CavityPressures(body, cavities, equations, self.u, self.external)
         residual += self.external.residual
         self._past_loads = np.zeros_like(self.external.at(0.0))
         self._rate = StrainRate(equations, self.u, self.activation) if viscous else None
@@ -136,11 +141,10 @@ class Mechanics:
             residual += equations.viscous_power(self._rate.rate, self.u, self.activation, test) * self.dx
         self._rates = [rate for rate in (self._rate, self.motion) if rate is not None]
         past = [needed for rate in self._rates for needed in rate.depends_on]
-        motions = free_motions(body, held, self.external.springs, supports, loads, mixed, self.motion)
+        motions = free_motions(body, held, self.external, supports, loads, mixed, self.motion, inner)
         pins = [] if isinstance(self.motion, Inertia) else motions.pins(space, mixed)
-        self.size = motions.size
-        self._measured = displacement_dofs(space) if mixed else None
-        self._work = np.zeros_like(self.u.x.array)
+        self.size, self.pins = motions.size, len(pins)
+        self._measured, self._work = displacement_dofs(space) if mixed else None, self.u.x.array.copy()
         self.solver = ChordNewton(
             residual,
             self.u,
@@ -153,10 +157,10 @@ class Mechanics:
             symmetric=self.external.symmetric,
             stabilization=equations.stabilization(self.u, self.activation, self.dx) if mixed else None,
             depends_on=[self.activation, *past, *self.external.constants],
+            numbers=self.cavities if inner else None,
             advice="a smaller time step, activation or load; more supports, where a slender body is free; "
-            "a smaller mechanics.tolerance.",
+            "volumes and pressures of cavities that the wall bears; a smaller mechanics.tolerance.",
         )
-        self.pins = len(pins)
         self._balance = balance_of(self.u, self.external, motions, mixed) if pins else None
         w = equations.displacement(self.u)
         self.reactions = Reactions(body, self.u, w, held, self.external, self.solver)
@@ -205,13 +209,9 @@ class Mechanics:
         """Whether the body follows activation and loads at once: an elastic one without motion to keep."""
         return not self._rates
 
-    # Solving.
-
     def held(self, time: float) -> bool:
         """Whether the imposed stretch holds the body at ``time``."""
-        if self.imposed_stretch is None:
-            return False
-        return np.isinf(self.imposed_stretch.until) or time < self.imposed_stretch.until * (1 - 1e-9)
+        return self.imposed_stretch is not None and self.imposed_stretch.holds(time)
 
     @timed
     def start(self, time: float = 0.0) -> None:
@@ -230,6 +230,7 @@ class Mechanics:
         former = self.u.x.array.copy()
         self.u.x.array[:] = 0.0
         self._past_loads = np.zeros_like(self._past_loads)
+        self.cavities.begin(time)
         if self.held(time):
             self._impose()
         elif not self.jumps:
@@ -267,6 +268,7 @@ class Mechanics:
             self.history.extrapolate(time, 2, self.u.x.array)
         for rate in self._rates:
             rate.set(time, order, self.history, self._past_activation)
+        self.cavities.prepare(time, order)
         self._equilibrate(time)
 
     def _equilibrate(self, time: float) -> None:
@@ -279,6 +281,7 @@ class Mechanics:
         def jump(share: float) -> None:
             self.activation.x.array[:] = before + (target - before) * share if share < 1 else target
             self.external.put(loads_before + (loads - loads_before) * share)
+            self.cavities.go(share)
             self.solver.solve()
             self._orientation.check()
 
@@ -288,11 +291,13 @@ class Mechanics:
             self._orientation.check_active()
             self.solver.forget()
             self.u.x.array[:] = begin
+            self.cavities.go_back()
             try:
                 follow(jump, self.u.x.array)
             except ComputationError:
                 self.activation.x.array[:] = target
                 self.external.put(loads_before)
+                self.cavities.go_back()
                 raise
         self._imposed = 0.0
         if self._balance is not None:
@@ -300,13 +305,8 @@ class Mechanics:
 
     def _impose(self) -> None:
         assert self.imposed_stretch is not None
-        stretch = np.broadcast_to(np.asarray(self.imposed_stretch.value, dtype=float), (self.body.dim,))
-        low, _ = self.body.extent()
-
-        def homogeneous(x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-            return (stretch[:, None] - 1) * (x[: self.body.dim] - low[:, None])
-
-        (self.u.sub(0) if self.kinematics.has_pressure else self.u).interpolate(homogeneous)
+        displacement = self.imposed_stretch.displacement(self.body)
+        (self.u.sub(0) if self.kinematics.has_pressure else self.u).interpolate(displacement)
         self._imposed = 1.0
         self._set_pressure()
 
@@ -315,9 +315,7 @@ class Mechanics:
         for rate in self._rates:
             rate.clear()
         if self.kinematics.has_pressure:
-            pressure = fem.Function(self.activation.function_space)
-            pressure.x.array[:] = self.nodal.mean_stress_without_pressure()
-            self.u.sub(1).interpolate(pressure)
+            self.u.sub(1).interpolate(self.nodal.mean_stress_without_pressure())
 
     def state(self) -> State:
         """The configuration, its history, the one handed over, and the kept tangent."""
@@ -327,6 +325,7 @@ class Mechanics:
             "past_activation": self._past_activation.state(),
             "solver": self.solver.state(),
             "loads": self.external.named(self._past_loads),
+            "cavities": self.cavities.state(),
             "imposed": [self._imposed, float(self.handed.imposed.value)],
             "rates": [rate.state() for rate in self._rates],
             "seconds": self.seconds,
@@ -342,6 +341,7 @@ class Mechanics:
         self._imposed, self.handed.imposed.value = state["imposed"]
         self._past_loads = self.external.ordered(state["loads"])
         self.external.put(self._past_loads)
+        self.cavities.restore(state["cavities"])
         self.history.restore(state["history"])
         self._past_activation.restore(state["past_activation"])
         self.seconds = state["seconds"]
@@ -354,6 +354,7 @@ class Mechanics:
         self._past_loads = self.external.at(time)
         if self.motion is not None:
             self.motion.accept()
+        self.cavities.accept(time)
         self.history.push(time)
         self._past_activation.push(time)
 

@@ -39,10 +39,13 @@ class ExternalForces:
         holds: Components of the displacement that are held.
         viscous: Whether the body is.
         motion: Has the velocity, where there are dampers.
+        cavities: Parts of the boundary on which a pressure acts that is an unknown too.
 
     Attributes:
         residual: UFL form, to be added to that of the body; zero where nothing acts.
         symmetric: Whether its derivative is symmetric.
+        pressures: The pressures that act, by part.
+        unit_pressures: What a pressure of one adds to the residual, by part.
         springs: Stiffness, the parts (None for all), and whether along the normal only, of elastic supports.
 
     Raises:
@@ -60,6 +63,7 @@ class ExternalForces:
         holds: Sequence[Hold],
         viscous: bool,
         motion: Drift | None = None,
+        cavities: Sequence[str] = (),
     ) -> None:
         kinematics, degree = active.kinematics, active.kinematics.degree
         mesh, w = body.mesh, active.displacement(u)
@@ -93,11 +97,14 @@ class ExternalForces:
             t = tractions[part] = fem.Constant(mesh, np.zeros(body.dim))
             self._courses[f"traction.{part}"] = t, partial(vector_at, vector)
             self.residual -= ufl.dot(t, test) * ds
-        self._pressures: dict[str, fem.Constant] = {}
-        for part, course in loads.pressure.items():
-            ds = body.boundary_measure([part], 2 * degree, f"mechanics.pressure.{part}")
-            p = self._pressures[part] = fem.Constant(mesh, 0.0)
-            self._courses[f"pressure.{part}"] = p, partial(value_at, course)
+        self.pressures: dict[str, fem.Constant] = {}
+        self.unit_pressures: dict[str, Any] = {}
+        for part, course in {**loads.pressure, **dict.fromkeys(cavities)}.items():
+            key = "circulation.cavity" if course is None else f"mechanics.pressure.{part}"
+            ds = body.boundary_measure([part], 2 * degree, key)
+            p = self.pressures[part] = fem.Constant(mesh, 0.0)
+            if course is not None:
+                self._courses[f"pressure.{part}"] = p, partial(value_at, course)
             F = active.lifted(u, a)
             lifted = ufl.as_vector(
                 [*(normal[i] for i in range(body.dim)), *([0] * (F.ufl_shape[0] - body.dim))]
@@ -109,7 +116,8 @@ class ExternalForces:
                     if parts is None or part in parts:
                         others -= k * (ufl.dot(w, normal) * normal if along else w)
                 area *= thickness_factor(active, u, a, normal, p, others)
-            self.residual += p * sum(area[i] * test[i] for i in range(body.dim)) * ds
+            self.unit_pressures[part] = sum(area[i] * test[i] for i in range(body.dim)) * ds
+            self.residual += p * self.unit_pressures[part]
         if loads.body_force is not None:
             dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
             self.residual -= ufl.dot(loads.body_force, test) * dx
@@ -117,12 +125,12 @@ class ExternalForces:
             if hold.course is not None:
                 key = f"displacement.{hold.part}.{AXES[hold.axis]}"
                 self._courses[key] = hold.value, partial(value_at, hold.course)
-        self.symmetric = not self._pressures
+        self.symmetric = not self.pressures
 
     @property
     def constants(self) -> list[fem.Constant]:
         """What the tangent depends on."""
-        return list(self._pressures.values())
+        return list(self.pressures.values())
 
     def at(self, time: float) -> Array:
         """Loads and prescribed displacements at a time, one after the other."""
@@ -146,7 +154,3 @@ class ExternalForces:
         """The reverse; what the state does not know was zero."""
         parts = [values.get(key, [0.0] * constant.value.size) for key, (constant, _) in self._courses.items()]
         return np.array([value for part in parts for value in part])
-
-    def pressures(self) -> dict[str, float]:
-        """The pressures that act, by named part."""
-        return {part: float(p.value) for part, p in self._pressures.items()}

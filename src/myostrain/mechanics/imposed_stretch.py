@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 from myostrain.errors import InputError
+from myostrain.geometry import Body
 from myostrain.validation import Positive, description
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field
+
+Array = npt.NDArray[np.float64]
 
 
 @description
@@ -29,3 +35,13 @@ class ImposedStretch:
                 f"{self.until} is no time after the start; give a positive number or inf",
                 "mechanics.imposed_stretch.until",
             )
+
+    def holds(self, time: float) -> bool:
+        """Whether it holds the body at a time."""
+        return bool(np.isinf(self.until)) or time < self.until * (1 - 1e-9)
+
+    def displacement(self, body: Body) -> Callable[[Array], Array]:
+        """The displacement (dim, points) of points (3, points) of a body, from its lowest corner."""
+        low, _ = body.extent()
+        stretch = np.broadcast_to(np.asarray(self.value, dtype=float), (body.dim,))
+        return lambda x: (stretch[:, None] - 1) * (x[: body.dim] - low[:, None])

@@ -55,10 +55,12 @@ class NodalFields:
         """Trace of the Cauchy stress (nodes,)."""
         return self._mean("stress trace", ufl.tr(self.cauchy))
 
-    def mean_stress_without_pressure(self) -> Array:
-        """Mean normal stress on the mesh's axes that energy and viscosity give (nodes,)."""
+    def mean_stress_without_pressure(self) -> fem.Function:
+        """Mean normal stress on the mesh's axes that energy and viscosity give, P1."""
         stress, dim = self._active.cauchy_without_pressure(self._u, self._a), self._active.kinematics.dim
-        return self._mean("mean stress", sum(stress[i, i] for i in range(dim)) / dim)
+        mean = fem.Function(self._a.function_space)
+        mean.x.array[:] = self._mean("mean stress", sum(stress[i, i] for i in range(dim)) / dim)
+        return mean
 
     def fibre_stretch(self) -> Array:
         """Stretch of the fibre, |F f0| (nodes,)."""

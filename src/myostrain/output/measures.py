@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from myostrain.engine import MPI, lasting
+from myostrain.mechanics.cavity import Cavity
 from myostrain.mechanics.quadrature import QuadraturePoints
-from myostrain.output.cavity import Cavity
 from myostrain.output.wall import Wall
 
 import numpy as np
@@ -28,7 +28,7 @@ class Measures:
     - ``fibre_stretch_mean``, ``fibre_stretch_min``: |F f0|, its mean over the reference body and its least
       value at quadrature points (degree 3);
     - ``cavity_volume`` of the boundary "endocardium", ``cavity_volume_NAME`` of every "endocardium_NAME":
-      see :class:`~myostrain.output.cavity.Cavity`.
+      see :class:`~myostrain.mechanics.cavity.Cavity`.
 
     Of one with the boundaries "endocardium", "epicardium" and "base" also what
     :class:`~myostrain.output.wall.Wall` says.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from myostrain.engine import lasting
 from myostrain.errors import InputError
+from myostrain.mechanics.cavities import CavityPressures
 from myostrain.mechanics.ellipticity import EllipticityMonitor
 from myostrain.mechanics.reactions import Reactions
 from myostrain.output.folder import on_first
@@ -183,13 +184,15 @@ class MeasureTable:
     ) -> None:
         self._model = model
         mechanics, comm = model.mechanics, lasting(model.potential.body.comm)
-        self._sources: list[Measures | EllipticityMonitor | Reactions] = []
+        self._sources: list[Measures | EllipticityMonitor | Reactions | CavityPressures] = []
         if mechanics is not None and ellipticity:
             self._sources.append(EllipticityMonitor(mechanics))
         if mechanics is not None and mechanics.body.dim == 3:
             self._sources.insert(0, Measures(mechanics))
         if mechanics is not None and mechanics.reactions.names and not mechanics.held(np.inf):
             self._sources.append(mechanics.reactions)
+        if mechanics is not None and mechanics.cavities.names:
+            self._sources.append(mechanics.cavities)
         self._last: dict[str, float] = saved["last"] if saved else {}
         self._peaks = Peaks(saved["peaks"] if saved else {})
         self._table: Table | None = None

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from myostrain.engine import MPI, compile_form, fem, lasting
 from myostrain.errors import InputError
 from myostrain.geometry import Body, depth
+from myostrain.mechanics.cavity import Cavity
 from myostrain.mechanics.quadrature import QuadraturePoints, integral
-from myostrain.output.cavity import Cavity
 
 import numpy as np
 import numpy.typing as npt

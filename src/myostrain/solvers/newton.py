@@ -11,6 +11,7 @@ from myostrain.engine import MPI, PETSc, compile_form, fem, lasting
 from myostrain.errors import ComputationError
 from myostrain.solvers import saddle_point as saddle_point_solver
 from myostrain.solvers.anderson import Anderson
+from myostrain.solvers.border import Border, Bordered
 from myostrain.solvers.linear import (
     Counters,
     Options,
@@ -64,6 +65,7 @@ class ChordNewton:
         symmetric: Whether the tangent is symmetric; that of a follower pressure is not.
         stabilization: Form that makes a preconditioner of the tangent of a large solid with a zero block.
         depends_on: Functions and constants, beside the unknown, that the tangent depends on.
+        numbers: A few numbers in the residual that are unknowns too, each with an equation.
         refresh: Contraction above which the tangent is renewed.
         max_iterations: Corrections that a solve may take.
         advice: What to try where it does not converge.
@@ -84,6 +86,7 @@ class ChordNewton:
         symmetric: bool = True,
         stabilization: Any = None,
         depends_on: Sequence[Any] = (),
+        numbers: Bordered | None = None,
         refresh: float = 0.3,
         max_iterations: int = 60,
         advice: str = "a smaller time step.",
@@ -105,6 +108,7 @@ class ChordNewton:
         self._b, self._dx, self._lift = fem.Function(space), fem.Function(space), fem.Function(space)
         dofs = [bc.dof_indices()[0] for bc in self._bcs]
         self._fixed = np.unique(np.concatenate(dofs)) if dofs else np.zeros(0, dtype=np.int32)
+        self._border = None if numbers is None else Border(numbers, space, self._fixed)
         solid, unknowns = space.mesh.geometry.dim == 3, global_dofs(space)
         self._memory = MEMORY if solid else 0  # corrections that are combined
         self._approximation: Any = None  # form and matrix that the preconditioner is made of
@@ -215,6 +219,8 @@ class ChordNewton:
         self._assemble_residual()
         b.array[self._fixed] = 0.0
         self.counters.assemblies += 1
+        if self._border is not None:
+            self._border.assemble()
         if not self._moving:
             return
         # How far the unknown is from the values of these conditions: the correction takes it there, and the
@@ -247,6 +253,8 @@ class ChordNewton:
             self.ksp.setOperators(self._matrix, matrix)
         try:
             self.ksp.setUp()
+            if self._border is not None and self._approximation is None:
+                self._border.factor(self.ksp)
         except PETSc.Error as error:
             raise ComputationError(
                 f"the tangent of the {self._name} cannot be factorized ({error})",
@@ -262,16 +270,20 @@ class ChordNewton:
             self._assemble_matrix(self._matrix, self._tangent)
         try:
             self.ksp.solve(self._b.x.petsc_vec, self._dx.x.petsc_vec)
+            iterations, why = max(1, self.ksp.getIterationNumber()), reason(self.ksp)
+            if self._border is not None:
+                if self._approximation is not None:
+                    self._border.factor(self.ksp)
+                self._border.correct(self._dx.x.array)
         except PETSc.Error:  # a factorization met NaN, perhaps on one process alone
             return largest(np.array([math.nan]), self._comm)
-        iterations = max(1, self.ksp.getIterationNumber())
         self.counters.linear += iterations
         if self._approximation is not None:
             self._least = min(self._least, iterations)
             self._ready = iterations <= 2 * self._least + 5
-            if reason(self.ksp) == PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT:
+            if why == PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT:
                 return largest(self._dx.x.array[self._measured], self._comm)  # still a direction to try
-        if reason(self.ksp) < 0:
+        if why < 0:
             return math.nan
         return largest(self._dx.x.array[self._measured], self._comm)
 
@@ -295,13 +307,27 @@ class ChordNewton:
             return (since >= 6 and mean > SLOW) or since >= 30
         return contraction > self._refresh
 
+    def _get(self) -> npt.NDArray[np.float64]:
+        field = self._unknown.x.array[: self._owned]
+        return field.copy() if self._border is None else np.append(field, self._border.of.numbers)
+
+    def _put(self, values: npt.NDArray[np.float64]) -> None:
+        self._unknown.x.array[: self._owned] = values[: self._owned]
+        if self._border is not None:
+            self._border.of.put(values[self._owned :])
+        self._unknown.x.scatter_forward()
+
+    def _step(self) -> npt.NDArray[np.float64]:
+        field = self._dx.x.array[: self._owned]
+        return field.copy() if self._border is None else np.append(field, self._border.step)
+
     def solve(self) -> int:
         """Solve for the unknown from its present value; returns the number of corrections.
 
         Raises:
             ComputationError: It did not converge. The unknown is then what it was before.
         """
-        x, before, dx = self._unknown.x, self._unknown.x.array.copy(), self._dx.x.array
+        before = self._get()
         self.counters.solves += 1
         fresh = not self._ready
         kept = self._ready  # whether this solve has one tangent, older than itself
@@ -315,13 +341,12 @@ class ChordNewton:
         negligible = max(1e-3 * self.tolerance, 1e-14 * largest(before[self._measured], self._comm))
         for iteration in range(1, self._max + 1):
             self.counters.newton += 1
-            origin, step = x.array.copy(), dx.copy()
+            origin, step = self._get(), self._step()
             if damping == 1.0:
-                x.array[: self._owned] += mixing.step(origin[: self._owned], -step[: self._owned])
+                self._put(origin + mixing.step(origin, -step))
             else:
                 mixing.clear()
-                x.array[:] = origin - damping * step
-            x.scatter_forward()
+                self._put(origin - damping * step)
             if size <= negligible or (iteration == 1 and self._trusted(size)):
                 return iteration
             self._unchecked = 0
@@ -329,7 +354,7 @@ class ChordNewton:
             following = self._correction()
             limit = GROWTH * size if self._memory and not fresh else size * (1 - damping / 2)
             if not following < max(limit, negligible):  # also when it is NaN
-                x.array[:] = origin
+                self._put(origin)
                 mixing.clear()
                 if not fresh:
                     self._assemble()
@@ -337,8 +362,9 @@ class ChordNewton:
                     fresh, kept, size, damping = True, False, self._correction(), 1.0
                     began, since = size, 0
                 else:
-                    dx[:] = step
-                    damping /= 2
+                    self._dx.x.array[: self._owned], damping = step[: self._owned], damping / 2
+                    if self._border is not None:
+                        self._border.step = step[self._owned :]
                 if damping < 1e-3 or not math.isfinite(size):
                     break
                 continue
@@ -352,8 +378,7 @@ class ChordNewton:
                 slow = max(contraction, mean) if self._memory else contraction
                 left = size if self._memory else size * contraction
                 if slow < 1 and left / (1 - slow) <= self.tolerance:
-                    x.array[:] -= dx
-                    x.scatter_forward()
+                    self._put(self._get() - self._step())
                     return iteration
             if self._worn(contraction, mean, since):
                 self._renew()
@@ -363,8 +388,7 @@ class ChordNewton:
             damping = min(1.0, 2 * damping)
         self._assemble()
         where = place_of_largest(self._unknown.function_space, self._b.x.array)
-        x.array[:] = before
-        x.scatter_forward()
+        self._put(before)
         self.forget()
         raise ComputationError(
             f"Newton's method for the {self._name} did not converge in {iteration} corrections "

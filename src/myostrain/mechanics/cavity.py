@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from myostrain.engine import compile_form, fem, lasting
 from myostrain.geometry import Body
 from myostrain.geometry.checks import components
 from myostrain.mechanics.quadrature import integral
+from myostrain.solvers.linear import assemble_nodal
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +39,7 @@ class Cavity:
         boundary: Name of the boundary that is the surface.
         displacement: Its displacement, UFL.
         degree: Polynomial degree of the displacement.
+        unknown: The function that the displacement is in, for :meth:`gradient`; None where nobody asks.
 
     Raises:
         InputError: No part of the boundary has this name.
@@ -46,7 +49,14 @@ class Cavity:
         rim_at_rest: Mean position (3,) of all rims at rest.
     """
 
-    def __init__(self, body: Body, boundary: str, displacement: Any, degree: int) -> None:
+    def __init__(
+        self,
+        body: Body,
+        boundary: str,
+        displacement: Any,
+        degree: int,
+        unknown: fem.Function | None = None,
+    ) -> None:
         mesh = body.mesh
         self._comm = lasting(mesh.comm)
         at_rest = ufl.SpatialCoordinate(mesh)
@@ -55,7 +65,8 @@ class Cavity:
         self._centre, self._axis = fem.Constant(mesh, np.zeros(3)), fem.Constant(mesh, np.zeros(3))
         ds, normal = body.boundary_measure([boundary], 2 * degree, "geometry"), ufl.FacetNormal(mesh)
         arm = x - self._centre
-        form = -ufl.dot(arm, ufl.det(F) * ufl.inv(F).T * normal) / 3
+        area = -ufl.det(F) * ufl.inv(F).T * normal
+        form = ufl.dot(arm, area) / 3
         edges, of_rim, self.rims = _rims(mesh, body.boundary_facets([boundary]))
         if self.rims > 1:  # else the only apex is the centre
             space = fem.functionspace(mesh, ("Lagrange", 1, (3,)))
@@ -76,6 +87,18 @@ class Cavity:
         self._positions = [compile_form(ufl.dot(self._axis, x) * dr(rim)) for rim in range(self.rims)]
         places = [compile_form(ufl.dot(self._axis, at_rest) * dr(rim)) for rim in range(self.rims)]
         self.rim_at_rest = self._mean(self._means(places))
+        if unknown is None:
+            return
+        self._gradient = compile_form(ufl.derivative(form * ds, unknown))
+        self._area = compile_form(ufl.dot(self._axis, area) / 3 * ds)
+        if self.rims > 1:
+            self._by_apex = compile_form(ufl.derivative(form * ds, self._apexes))
+        test = ufl.derivative(x, unknown)
+        of_rim_means = [compile_form(ufl.dot(self._axis, test) * dr(rim)) for rim in range(self.rims)]
+        #: By rim and axis, the derivative of the rim's mean position; it is linear in the displacement.
+        self._moved = np.array(
+            [[assemble_nodal(each) for _ in self._along()] for each in of_rim_means]
+        ) / np.reshape(self._lengths, (-1, 1, 1))
 
     def rim(self) -> Array:
         """Mean position (3,) of all deformed rims; the origin where there is none."""
@@ -84,22 +107,49 @@ class Cavity:
     def _means(self, positions: list[fem.Form]) -> Array:
         """Mean positions (rims, 3) of the rims."""
         found = np.zeros((self.rims, 3))
-        for i in range(3):
-            self._axis.value[:] = np.eye(3)[i]
+        for i in self._along():
             found[:, i] = [integral(form, self._comm) for form in positions]
         return found / np.reshape(self._lengths, (-1, 1))
 
     def _mean(self, means: Array) -> Array:
         return np.average(means, axis=0, weights=self._lengths) if self.rims else np.zeros(3)
 
-    def volume(self) -> float:
-        """The volume."""
+    def _along(self) -> Iterator[int]:
+        """The three axes, of which each is in the forms meanwhile."""
+        for i in range(3):
+            self._axis.value[:] = np.eye(3)[i]
+            yield i
+
+    def _place_apexes(self) -> None:
+        """Put the apexes of the cones where they are now."""
         means = self._means(self._positions)
         self._centre.value[:] = self._mean(means)
         if self.rims > 1:
             for nodes, mean in zip(self._nodes, means, strict=True):
                 self._apexes.x.array.reshape(-1, 3)[nodes] = mean - self._centre.value
+
+    def volume(self) -> float:
+        """The volume (collective)."""
+        self._place_apexes()
         return integral(self._volume, self._comm)
+
+    def gradient(self) -> Array:
+        """Derivative of the volume by the local degrees of freedom of the unknown (collective).
+
+        It is exact: the apexes of the cones move with their rims.
+        """
+        self._place_apexes()
+        found = assemble_nodal(self._gradient)
+        if self.rims == 1:  # the only apex is the centre
+            by_apex = np.array([[-integral(self._area, self._comm) for _ in self._along()]])
+        elif self.rims > 1:
+            nodal = assemble_nodal(self._by_apex).reshape(-1, 3)
+            owned = self._apexes.function_space.dofmap.index_map.size_local
+            own = [nodal[nodes[nodes < owned]].sum(axis=0) for nodes in self._nodes]
+            by_apex = np.asarray(self._comm.allreduce(np.array(own)))
+        for means, moved in zip(by_apex if self.rims else (), self._moved, strict=True):
+            found += means @ moved
+        return found
 
 
 def _rims(mesh: dmesh.Mesh, facets: Indices) -> tuple[Indices, Indices, int]:

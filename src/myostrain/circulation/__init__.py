@@ -1,0 +1,7 @@
+"""What cavities are connected to: 0D models of the circulation, and pressures and volumes that are given."""
+
+from myostrain.circulation.circuit import Circuit
+from myostrain.circulation.contracts import Circulation, Prescribed
+from myostrain.circulation.prescribed import Isovolumetric, PrescribedPressure, PrescribedVolume
+
+__all__ = ["Circuit", "Circulation", "Isovolumetric", "Prescribed", "PrescribedPressure", "PrescribedVolume"]

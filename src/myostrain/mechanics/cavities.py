@@ -1,0 +1,182 @@
+"""Cavities whose pressures are unknowns, tied to their volumes by what they are connected to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from myostrain.circulation import Circuit, Isovolumetric
+from myostrain.engine import compile_form, fem
+from myostrain.errors import InputError
+from myostrain.geometry import Body
+from myostrain.mechanics.active_body import ActiveBody
+from myostrain.mechanics.cavity import Cavity
+from myostrain.mechanics.external_forces import ExternalForces
+from myostrain.solvers.linear import assemble_nodal
+from myostrain.state import State
+from myostrain.validation import NonNegative, check_fields
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+#: Volume of a cavity at rest, as a share of the cube of the body's diagonal, below which it encloses nothing.
+NOTHING = 1e-9
+
+
+@dataclass(frozen=True)
+class Cavities:
+    """Cavities of a solid, and what they are connected to.
+
+    Args:
+        names: Parts of the boundary that are the walls of the cavities.
+        circulation: What they are connected to, such as :class:`~myostrain.circulation.Windkessel`.
+        preload: Pressure at the beginning, in all or one a cavity; zero unless given. Where the circulation
+            prescribes volume or pressure there is none.
+
+    Raises:
+        InputError: A value does not fit its type, or the circulation has another number of cavities.
+    """
+
+    names: tuple[str, ...]
+    circulation: Any
+    preload: NonNegative | tuple[NonNegative, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        check_fields(self, "circulation")
+        circuit, count = self.circuit(), len(self.names)
+        if count != len(set(self.names)) or count != circuit.cavities:
+            raise InputError(
+                f"{list(self.names)}: {type(self.circulation).__name__} has {circuit.cavities} cavities; "
+                "give as many parts of the boundary, each once",
+                "circulation.cavity",
+            )
+
+    def circuit(self) -> Circuit:
+        """The circulation at its beginning."""
+        return Circuit(self.circulation, None if self.preload is None else np.array(self.preload))
+
+
+class CavityPressures:
+    """The pressures of cavities as unknowns beside the displacement.
+
+    Each has an equation, between its cavity's volume and the pressures, from the circulation. They act as
+    follower pressures on the walls.
+
+    Args:
+        body: The reference body.
+        cavities: The cavities, and what they are connected to; None for none.
+        active: The equations of the body.
+        u: The unknown.
+        external: The loads, which have the pressures in them.
+
+    Raises:
+        InputError: A part of the boundary is not there, or encloses no volume.
+
+    Attributes:
+        cavities: Names of the cavities.
+        circuit: The circulation along the run.
+        names: Names of the values, "volume_NAME", "pressure_NAME" by cavity, then the circulation's states.
+    """
+
+    def __init__(
+        self,
+        body: Body,
+        cavities: Cavities | None,
+        active: ActiveBody,
+        u: fem.Function,
+        external: ExternalForces,
+    ) -> None:
+        self.cavities: tuple[str, ...] = () if cavities is None else cavities.names
+        self.circuit = Circuit(Isovolumetric(cavities=0)) if cavities is None else cavities.circuit()
+        displacement, degree = active.displacement(u), active.kinematics.degree
+        self._cavities = [Cavity(body, name, displacement, degree, u) for name in self.cavities]
+        self._pressures = [external.pressures[name] for name in self.cavities]
+        self._columns = [compile_form(external.unit_pressures[name]) for name in self.cavities]
+        self.names = [f"{what}_{name}" for name in self.cavities for what in ("volume", "pressure")]
+        self.names += self.circuit.names
+        low, high = body.extent()
+        size = float(np.linalg.norm(high - low)) ** 3
+        self._at_rest = self.volumes()
+        for name, volume in zip(self.cavities, self._at_rest, strict=True):
+            if not volume > NOTHING * size:
+                raise InputError(
+                    f"'{name}' is not the wall of a cavity: it, and plane caps over its rims, enclose "
+                    f"{volume:.4g}. Name the inner surface alone, whose normal out of the body points into "
+                    "the cavity",
+                    "circulation.cavity",
+                )
+        self._share = 1.0
+
+    @property
+    def numbers(self) -> Array:
+        """The pressures (cavities,)."""
+        return np.array([float(pressure.value) for pressure in self._pressures])
+
+    def put(self, values: Array) -> None:
+        """Take these pressures (cavities,)."""
+        for pressure, value in zip(self._pressures, values, strict=True):
+            pressure.value = value
+
+    def columns(self) -> list[Array]:
+        """Derivative of the residual by each pressure (collective)."""
+        return [assemble_nodal(column) for column in self._columns]
+
+    def equations(self) -> tuple[Array, Array, Array]:
+        """The circulation's equations at the present state, and their derivatives (collective)."""
+        volumes, pressures = self.volumes(), self.numbers
+        values, by_volumes, by_pressures = self.circuit.tied(volumes, pressures)
+        if self._share < 1:
+            of_volume = by_volumes.any(axis=1)
+            reached = self.circuit.volumes
+            volumes_before = self._at_rest if reached is None else reached
+            begun = np.where(of_volume, volumes - volumes_before, pressures - self.circuit.pressures)
+            values = self._share * values + (1 - self._share) * begun
+            by_volumes = self._share * by_volumes + (1 - self._share) * np.diag(of_volume * 1.0)
+            by_pressures = self._share * by_pressures + (1 - self._share) * np.diag(~of_volume * 1.0)
+        gradients = np.array([cavity.gradient() for cavity in self._cavities])
+        return values, by_volumes @ gradients, by_pressures
+
+    def volumes(self) -> Array:
+        """The present volumes (cavities,) (collective)."""
+        return np.array([cavity.volume() for cavity in self._cavities])
+
+    def begin(self, time: float) -> None:
+        """Begin anew, and get ready for the preload, or what is prescribed at ``time``."""
+        self.circuit.clear()
+        self.put(self.circuit.prepare(time, 1))
+
+    def prepare(self, end: float, order: int) -> None:
+        """Get ready for a step to the time ``end``, by backward differences of an order."""
+        self.put(self.circuit.prepare(end, order))
+
+    def go(self, share: float) -> None:
+        """Ask for this share of the step's change: none is what was accepted last, one all of it."""
+        self._share = share
+
+    def go_back(self) -> None:
+        """Take the pressures that were accepted last."""
+        self.put(self.circuit.pressures)
+
+    def accept(self, time: float) -> None:
+        """Take the present volumes and pressures as those at ``time`` (collective)."""
+        self.circuit.accept(time, self.volumes(), self.numbers)
+
+    def values(self) -> dict[str, float]:
+        """Volumes, pressures and states at the last accepted time, by name."""
+        circuit, volumes = self.circuit, self.circuit.volumes
+        pairs = zip(self._at_rest if volumes is None else volumes, circuit.pressures, strict=True)
+        found = [value for pair in pairs for value in pair]
+        return dict(zip(self.names, map(float, [*found, *circuit.states]), strict=True))
+
+    def state(self) -> State:
+        """The circulation's past, and the present pressures."""
+        return {"circuit": self.circuit.state(), "pressures": self.numbers.tolist()}
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self.circuit.restore(state["circuit"])
+        self.put(np.array(state["pressures"]))
+        self._share = 1.0

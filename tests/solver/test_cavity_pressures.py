@@ -1,0 +1,206 @@
+"""Pressures of cavities as unknowns: a thick sphere in closed form, Newton's order, work, bad input."""
+
+import itertools
+
+import myostrain as ms
+from myostrain.circulation import Isovolumetric, PrescribedPressure, PrescribedVolume
+from myostrain.engine import compile_form
+from myostrain.geometry import EllipsoidalFibres, Ventricle
+from myostrain.kinematics import Solid
+from myostrain.materials import NeoHookean
+from myostrain.mechanics.quadrature import integral
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from small_cases import ALONE
+
+MU = 2.0
+INNER, OUTER = 10.0, 14.0
+HALF = 2 / 3 * np.pi * INNER**3
+
+
+def half_sphere(circulation, spacing=4.0, preload=None, **parts):
+    """Half a thick sphere whose cut slides in its plane: it deforms as the whole one."""
+    shape = Ventricle(
+        endocardium=(INNER, INNER), epicardium=(OUTER, OUTER), base=0.0, spacing=spacing, layers=1
+    )
+    body = ms.build(
+        shape, EllipsoidalFibres(endocardium=shape.endocardium, epicardium=shape.epicardium), ALONE
+    )
+    if circulation is not None:
+        parts["cavities"] = ms.Cavities(("endocardium",), circulation, preload)
+    return ms.Mechanics(
+        body,
+        kinematics=Solid(),
+        material=NeoHookean(mu=MU),
+        supports=ms.Supports(sliding=["base"]),
+        **parts,
+    )
+
+
+def pressure(volume_ratio):
+    """That of an incompressible neo-Hookean sphere whose cavity has this volume: ∫ 2 μ (λ² − λ⁻⁴) dr/r."""
+
+    def density(R):
+        r = np.cbrt(R**3 + (volume_ratio - 1) * INNER**3)
+        return 2 * MU * ((r / R) ** 2 - (r / R) ** -4) * R**2 / r**3
+
+    return quad(density, INNER, OUTER)[0]
+
+
+def course(mechanics, times):
+    """Volume, pressure and stored energy (times, 3) of a run."""
+    found = []
+    for time in times:
+        if time == times[0]:
+            mechanics.start(time)
+        else:
+            mechanics.solve(time)
+            mechanics.accept(time)
+        found.append([*mechanics.cavities.values().values(), energy(mechanics)])
+    return np.array(found)
+
+
+def energy(mechanics):
+    """The energy stored in the body."""
+    active = mechanics._active
+    density = active.stored(active.lifted(mechanics.u, mechanics.activation), mechanics.activation)
+    return integral(compile_form(density * mechanics.dx), ALONE)
+
+
+@pytest.fixture(scope="module")
+def inflated():
+    """Inflated to four times its volume in eight steps, beyond the highest pressure that it bears."""
+    mechanics = half_sphere(PrescribedVolume(volume=((0.0, HALF), (8.0, 4 * HALF))))
+    rest = mechanics.cavities.volumes()[0]
+    return mechanics, rest, course(mechanics, np.arange(9.0))
+
+
+def test_thick_sphere(inflated):
+    """The volume is the prescribed one; the pressure that of the closed form, its fall included, to O(h²).
+
+    A pressure that is prescribed finds no way beyond its greatest value.
+    """
+    _, rest, found = inflated
+    wanted = HALF * (1 + 3 * np.arange(9) / 8)
+    np.testing.assert_allclose(found[:, 0], wanted, rtol=1e-12)
+    exact = np.array([pressure(volume / rest) for volume in wanted])
+    assert exact.argmax() < 8
+    assert found[:, 1].argmax() == exact.argmax()
+    coarse = found[1:, 1] / exact[1:] - 1
+    assert np.abs(coarse).max() < 0.03
+    fine = half_sphere(PrescribedVolume(volume=((0.0, HALF), (8.0, 4 * HALF))), spacing=2.5)
+    rest = fine.cavities.volumes()[0]
+    volume, p, _ = course(fine, [0.0, 1.0, 2.0])[-1]
+    error = p / pressure(volume / rest) - 1
+    assert 2.0 < coarse[1] / error < 3.5  # 1.6² = 2.56
+
+
+def test_work_is_energy(inflated):
+    """What the pressure does on the volume is what the body stores: p = dW/dV, and their integrals."""
+    mechanics, _, found = inflated
+    volume, p, stored = found.T
+    work = ((volume[2::2] - volume[:-2:2]) / 6 * (p[:-2:2] + 4 * p[1:-1:2] + p[2::2])).sum()
+    assert work == pytest.approx(stored[-1] - stored[0], rel=2e-3)  # Simpson's rule
+    near = []
+    for time in (3.99, 4.0, 4.01):
+        mechanics.solve(time, predict=False)
+        mechanics.accept(time)
+        near.append([*mechanics.cavities.values().values(), energy(mechanics)])
+    volume, p, stored = np.transpose(near)
+    assert p[1] == pytest.approx((stored[2] - stored[0]) / (volume[2] - volume[0]), rel=1e-5)
+
+
+def test_newton_is_quadratic(inflated):
+    """With a fresh tangent each correction is the square of the one before."""
+    mechanics, *_ = inflated
+    solver = mechanics.solver
+    mechanics.solve(4.0, predict=False)
+    mechanics.cavities.circuit.prepare(4.5, 1)
+    sizes = []
+    for _ in range(5):
+        solver._assemble()
+        solver._renew()
+        sizes.append(solver._correction())
+        solver._put(solver._get() - solver._step())
+    solver.forget()
+    ratios = [after / before**2 for before, after in itertools.pairwise(sizes[:4])]
+    assert sizes[0] > 0.1
+    assert sizes[3] < 1e-9
+    assert max(ratios) < 5
+
+
+def test_pressure_is_a_load():
+    """A cavity whose pressure is given is the body under that follower pressure."""
+    one = half_sphere(PrescribedPressure(pressure=((0.0, 0.0), (1.0, 0.4))))
+    pressed = ms.Loads(pressure={"endocardium": ((0.0, 0.0), (1.0, 0.4))})
+    other = half_sphere(None, loads=pressed)
+    for mechanics in (one, other):
+        mechanics.start(0.0)
+        mechanics.solve(1.0)
+    np.testing.assert_allclose(one.u.x.array, other.u.x.array, atol=1e-8)
+    assert one.cavities.numbers == pytest.approx([0.4], rel=1e-14)
+
+
+def test_isovolumetric_contraction():
+    """A preload, then contraction at a closed volume: the pressure rises, the volume stays to round-off."""
+    mechanics = half_sphere(Isovolumetric(), preload=0.2)
+    mechanics.start(0.0)
+    begun = mechanics.cavities.values()
+    assert begun["pressure_endocardium"] == pytest.approx(0.2, rel=1e-14)
+    for time, gamma in ((0.3, -0.05), (1.0, -0.1), (1.2, -0.15)):
+        mechanics.activation.x.array[:] = gamma
+        mechanics.solve(time, order=2)
+        mechanics.accept(time)
+        ended = mechanics.cavities.values()
+        assert ended["volume_endocardium"] == pytest.approx(begun["volume_endocardium"], rel=1e-10)
+    assert ended["pressure_endocardium"] > 0.3
+
+
+@pytest.mark.parametrize(
+    "parts, key",
+    [
+        ({"names": ("epicardium",)}, "circulation.cavity"),
+        ({"names": ("base",)}, "circulation.cavity"),
+        ({"names": ("endocardum",)}, "circulation.cavity"),
+        ({"names": ("endocardium", "epicardium")}, "circulation.cavity"),
+        ({"names": ()}, "circulation.cavity"),
+        ({"preload": 0.3, "circulation": PrescribedPressure(pressure=1.0)}, "circulation.preload"),
+        ({"preload": (0.3, 0.4)}, "circulation.preload"),
+        ({"preload": -1.0}, "circulation.preload"),
+        ({"circulation": Isovolumetric}, "circulation.kind"),
+        ({"circulation": "windkessel"}, "circulation.kind"),
+    ],
+)
+def test_what_is_no_cavity(parts, key):
+    """The message names the key."""
+    with pytest.raises(ms.InputError) as error:
+        half_sphere(
+            None, cavities=ms.Cavities(**{"names": ("endocardium",), "circulation": Isovolumetric()} | parts)
+        )
+    assert error.value.key == key
+
+
+def test_what_does_not_go_together():
+    """Volumes that are none, and pressures that are given twice."""
+    with pytest.raises(ms.InputError, match="-3 is no volume"):
+        PrescribedVolume(volume=((0.0, 1.0), (1.0, -3.0)))
+    with pytest.raises(ms.InputError, match=r"mechanics\.pressure\.endocardium: the circulation finds"):
+        half_sphere(Isovolumetric(), loads=ms.Loads(pressure={"endocardium": 1.0}))
+    with pytest.raises(ms.InputError, match="begins relaxed"):
+        half_sphere(Isovolumetric(), preload=1.0, relaxation_time=0.1)
+    with pytest.raises(ms.InputError, match="imposed stretch"):
+        half_sphere(Isovolumetric(), imposed_stretch=ms.ImposedStretch())
+
+
+def test_more_than_the_wall_bears():
+    """A pressure above the greatest that the wall bears ends with a message, and leaves the last state."""
+    mechanics = half_sphere(PrescribedPressure(pressure=((0.0, 0.1), (1.0, 2.0))), spacing=8.0)
+    mechanics.start(0.0)
+    before, pressures = mechanics.u.x.array.copy(), mechanics.cavities.numbers
+    with pytest.raises(ms.ComputationError, match=r"of the change .* reached.*that the wall bears"):
+        mechanics.solve(1.0)
+    np.testing.assert_array_equal(mechanics.u.x.array, before)
+    np.testing.assert_array_equal(mechanics.cavities.numbers, pressures)
