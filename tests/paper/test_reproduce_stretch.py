@@ -1,0 +1,150 @@
+"""The chapters on stretch currents: thresholds and estimates against SciPy, verdicts from the numbers."""
+
+import myostrain as ms
+from myostrain.reproduce.chapters.stretch_threshold.numbers import readings
+from myostrain.reproduce.measurements import stretch_threshold
+from myostrain.reproduce.verdict import claims, judge
+from myostrain.theory import least_drive, least_drive_of_a_cubic
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+ALIEV_PANFILOV = {"model": "AlievPanfilov1996"}
+
+
+def rates(t, y, drive, k=8.0, a=0.15, eps0=0.002, mu1=0.2, mu2=0.3):
+    """Aliev and Panfilov's equations with a stretch current, written again."""
+    v, r = y
+    current = k * v * (v - a) * (v - 1) + v * r + drive * (v - 1)
+    return [-current, (eps0 + mu1 * r / (v + mu2)) * (-r - k * v * (v - a - 1))]
+
+
+def independent_threshold():
+    """The drive from which on SciPy's solve_ivp sees a point fire, by bisection."""
+
+    def fires(drive):
+        found = solve_ivp(rates, (0, 80), [0.0, 0.0], args=(drive,), rtol=1e-8, atol=1e-10)
+        return found.y[0].max() > 0.5
+
+    low, high = 0.04, 0.08
+    while high - low > 1e-6:
+        middle = (low + high) / 2
+        low, high = (low, middle) if fires(middle) else (middle, high)
+    return high
+
+
+def fires(stretch, g, ramp=0.0):
+    """Whether a line fires in the program that is held at a stretch, or brought there within a time."""
+    line, current = stretch_threshold.held_line(stretch, ramp, np.inf), [ms.StretchCurrent(conductance=g)]
+    model = ms.membranes.AlievPanfilov1996()
+    return stretch_threshold.excited(line, model, current, 0.2, 60.0, since=ramp, balance="advective")[0]
+
+
+@pytest.mark.parametrize("g", [0.7, 2.5])
+def test_the_threshold_of_a_held_line_is_that_of_an_independent_integrator(g):
+    """The chapter's threshold of g (λ − 1), 0.054013, is SciPy's, and the program's for other g."""
+    exact = independent_threshold()
+    assert exact == pytest.approx(0.054013, abs=2e-6)
+    assert fires(1 + 0.996 * exact / g, g) is None
+    assert fires(1 + 1.004 * exact / g, g) is not None
+
+
+@pytest.mark.parametrize("k, a", [(8.0, 0.15), (8.0, 0.05), (30.0, 0.3)])
+def test_the_estimate_is_where_two_equilibria_meet(k, a):
+    """least_drive: beyond it the membrane "has nowhere to stop before its threshold", k a²/4 of a cubic."""
+    found = least_drive(ms.membranes.AlievPanfilov1996(k=k, a=a), 1.0)
+    assert found == pytest.approx(least_drive_of_a_cubic(k, a), rel=1e-6)
+
+    def current(v, drive):
+        return k * v * (v - a) * (v - 1) + drive * (v - 1)
+
+    below = brentq(current, 0.0, a / 2, args=(0.999 * found,))
+    assert 0 < below < a / 2
+    assert np.all(current(np.linspace(0, 0.5, 10001), 1.001 * found) < 0)
+
+
+def test_the_estimate_of_a_membrane_in_millivolts():
+    """least_drive: any membrane and reversal, here a passive one whose current is 0.1 (v + 80)."""
+
+    class Leak(ms.membranes.Membrane):
+        range, threshold = (-80.0, 40.0), -40.0
+
+        def resting_potential(self):
+            return -80.0
+
+        def current(self, v, states):
+            return 0.1 * (v + 80)
+
+    assert least_drive(Leak(), -10.0) == pytest.approx(0.1 * 40 / 30, rel=1e-3)
+
+
+def test_without_a_current_nothing_is_excited_and_with_one_it_is():
+    """unexcited: "Bodies without a stretch current"; the same with one would be seen."""
+    found = stretch_threshold.unexcited(ALIEV_PANFILOV, "conservative", 1.4, 0.2, 2.0).numbers
+    assert found == {"held": 0.0, "moved": 0.0, "sheared": 0.0}
+    line = stretch_threshold.held_line(1.4, 1.0, np.inf)
+    current = [ms.StretchCurrent(conductance=1.0)]
+    assert stretch_threshold.excited(line, ms.membranes.AlievPanfilov1996(), current, 0.2, 5.0)[0] < 4.0
+
+
+def test_a_slow_stretch_is_that_of_an_independent_integrator():
+    """A line whose end is moved within 20: SciPy's drive s t/T, held from T on, has the same threshold."""
+
+    def peak(drive):
+        ramp = solve_ivp(lambda t, y: rates(t, y, drive * t / 20), (0, 20), [0.0, 0.0], rtol=1e-8, atol=1e-10)
+        rest = solve_ivp(rates, (20, 60), ramp.y[:, -1], args=(drive,), rtol=1e-8, atol=1e-10)
+        return max(ramp.y[0].max(), rest.y[0].max())
+
+    threshold = brentq(lambda drive: peak(drive) - 0.5, 0.05, 0.2, xtol=1e-5)
+    assert threshold > 1.2 * 0.054013
+    assert fires(1 + 0.985 * threshold, 1.0, ramp=20.0) is None
+    assert fires(1 + 1.015 * threshold, 1.0, ramp=20.0) is not None
+
+
+def test_held_points_rest_where_cubic_and_recovery_add_up():
+    """held_on: fired or not, v = s/(k a + s) in the end."""
+    drives = [0.03, 0.2, 1.0]
+    found = stretch_threshold.held_on(ALIEV_PANFILOV, drives, 0.2, 120.0)
+    assert found.numbers["fired"] == [False, True, True]
+    s = np.array(drives)
+    np.testing.assert_allclose(found.arrays["potential"][-1], s / (8 * 0.15 + s), rtol=1e-4)
+
+
+def numbers_of(drive=0.054):
+    """Numbers as the chapter makes them."""
+    one = {"estimate": 0.045, "mean_drive": drive, "spread": 1e-3}
+    return {
+        "thresholds": {"AlievPanfilov1996": one, "FitzHughNagumo": {**one, "mean_drive": 0.23}},
+        "largest_without": 0.0,
+        "closed_form_error": 1e-9,
+        "segments": {"drive": [0.09, 0.056]},
+        "ramp": {"stretch": [1.055, 1.13]},
+        "brief": {"stretch": [1.2, 1.07]},
+        "held": {"largest_swing": 1e-8, "first_fired": 0.056, "last_silent": 0.053},
+    }
+
+
+@pytest.mark.parametrize(
+    "changed, claim",
+    [
+        ({}, None),
+        ({"largest_without": 1e-9}, "without"),
+        ({"segments": {"drive": [0.06, 0.056]}}, "part"),
+        ({"ramp": {"stretch": [1.055, 1.06]}}, "rapid"),
+        ({"brief": {"stretch": [None, 1.07]}}, "rapid"),
+        ({"held": {"largest_swing": 0.5, "first_fired": 0.056, "last_silent": 0.053}}, "once"),
+        ({"thresholds": numbers_of(0.044)["thresholds"]}, "with"),
+    ],
+)
+def test_verdicts_follow_from_the_numbers(changed, claim):
+    """Each claim fails when its numbers do, and no other one with it."""
+    read = readings(numbers_of() | changed)
+    failed = [
+        name for name, one in claims("stretch-threshold").items() if judge(one, read[name]).kind != "agrees"
+    ]
+    if claim == "with":  # what others are measured by
+        assert claim in failed
+    else:
+        assert failed == ([] if claim is None else [claim])
