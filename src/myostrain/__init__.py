@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from myostrain.run.simulation import Simulation
     from myostrain.schemes import Implicit, SecondOrder, Staggered
     from myostrain.single_cell import cell
+    from myostrain.sweeping import Sweep, sweep
     from myostrain.transfer import NestedMesh
 
     __version__: str
@@ -69,6 +70,7 @@ __all__ = [
     "Stimulus",
     "StretchCurrent",
     "Supports",
+    "Sweep",
     "Tip",
     "UniformFibres",
     "Variation",
@@ -83,6 +85,7 @@ __all__ = [
     "membranes",
     "open",
     "run_case",
+    "sweep",
     "theory",
 ]
 
@@ -111,6 +114,7 @@ _MODULES = {
     "run.simulation": ("Simulation",),
     "schemes": ("Implicit", "SecondOrder", "Staggered"),
     "single_cell": ("cell",),
+    "sweeping": ("Sweep", "sweep"),
     "transfer": ("NestedMesh",),
 }
 _WHERE = {name: module for module, names in _MODULES.items() for name in names}

@@ -26,7 +26,7 @@ LAYERS = [
     {"single_cell"},
     {"conduction"},
     {"case"},
-    {"reproduce", "doctor"},
+    {"reproduce", "doctor", "sweeping"},
     {"cli"},
 ]
 

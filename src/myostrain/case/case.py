@@ -13,7 +13,7 @@ from myostrain import geometry, kinematics
 from myostrain.activation import FibreTension
 from myostrain.case import building
 from myostrain.case.exclusions import check_drive, check_rigid
-from myostrain.case.overrides import override
+from myostrain.case.overrides import Assignment, override
 from myostrain.case.parsing import (
     make,
     make_cavities,
@@ -100,13 +100,13 @@ class Case:
     parameters: Mapping[str, Any]
 
     @classmethod
-    def from_file(cls, path: str | Path, overrides: Sequence[str] = ()) -> Case:
+    def from_file(cls, path: str | Path, overrides: Sequence[Assignment] = ()) -> Case:
         """Read a case file.
 
         Args:
             path: The TOML file; paths in it are relative to its folder.
-            overrides: ``KEY=VALUE`` with dotted keys and values in TOML syntax; paths in them are relative to
-                the current folder.
+            overrides: ``KEY=VALUE`` with dotted keys and values in TOML syntax, or pairs of key and value;
+                paths in them are relative to the current folder.
 
         Raises:
             InputError: The file cannot be read, is no TOML, or says what cannot be.

@@ -14,13 +14,17 @@ from myostrain.membranes.parameter_sets import without_the_sets
 DEPTH = 8
 
 
-def override(data: dict[str, Any], assignments: Sequence[str]) -> None:
+#: ``KEY=VALUE``, or the key and the value.
+Assignment = str | tuple[str, Any]
+
+
+def override(data: dict[str, Any], assignments: Sequence[Assignment]) -> None:
     """Apply ``KEY=VALUE`` to nested dictionaries, one after the other.
 
     Args:
         data: The case; changed in place.
         assignments: Dotted keys, and values in TOML syntax; a bare word is a text. Of several sections of a
-            name, the number follows it: ``stimulus.2.strength=20``.
+            name, the number follows it: ``stimulus.2.strength=20``. Or pairs of a key and a value.
 
     Raises:
         InputError: An assignment is of another form.
@@ -28,7 +32,8 @@ def override(data: dict[str, Any], assignments: Sequence[str]) -> None:
     if assignments and isinstance(data.get("cell"), Mapping):
         data["cell"] = _without_the_sets(data["cell"])
     for assignment in assignments:
-        _assign(data, assignment)
+        key, value = split(assignment) if isinstance(assignment, str) else assignment
+        _assign(data, key, value)
 
 
 def _without_the_sets(cell: Mapping[str, Any]) -> dict[str, Any]:
@@ -43,13 +48,23 @@ def _without_the_sets(cell: Mapping[str, Any]) -> dict[str, Any]:
         return dict(cell)
 
 
-def _assign(data: dict[str, Any], assignment: str) -> None:
+def split(assignment: str) -> tuple[str, Any]:
+    """Key and value of ``KEY=VALUE``.
+
+    Raises:
+        InputError: It is of another form.
+    """
     if not assignment.isprintable():
         raise InputError(f"{assignment!r} holds characters that cannot be printed", "--set")
     key, equals, text = assignment.partition("=")
     path = [part.strip() for part in key.split(".")]
     if not equals or not all(path) or len(path) > DEPTH:
         raise InputError(f"'{assignment}' is not of the form KEY=VALUE, such as cell.alpha=0.13", "--set")
+    return ".".join(path), _value(key, text)
+
+
+def _assign(data: dict[str, Any], key: str, value: Any) -> None:
+    path = key.split(".")
     at: Any = data
     for part in path[:-1]:
         at = _within(at, part, key)
@@ -57,9 +72,9 @@ def _assign(data: dict[str, Any], assignment: str) -> None:
             raise InputError(f"'{part}' is a value, not a section", f"--set {key}")
     if isinstance(at, list):  # the sections [[...]], counted from 1 as in messages
         _within(at, path[-1], key)
-        at[int(path[-1]) - 1] = _value(key, text)
+        at[int(path[-1]) - 1] = value
     else:
-        at[path[-1]] = _value(key, text)
+        at[path[-1]] = value
 
 
 def _within(at: Any, part: str, key: str) -> Any:

@@ -55,12 +55,12 @@ class ProgressDisplay:
         lines = self._active and self._bar is None
         return _Track(self._bar, task, name, steps, end, coordinate, lines=lines)
 
-    def computations(self, name: str, done: float, total: float) -> None:
+    def computations(self, name: str, done: float, total: float, whole: str = "reproduce") -> None:
         """Show that the computation ``name`` is done, and how much of the whole that makes."""
         now = time.monotonic()
         if self._bar is not None:
             if not self._bar.tasks:
-                self._bar.add_task("reproduce", total=total, detail="")
+                self._bar.add_task(whole, total=total, detail="")
             self._bar.update(self._bar.task_ids[0], total=total, completed=done, detail=name)
         elif self._active and (now - self._shown >= QUIET_INTERVAL or done == total):
             errors.print(f"{100 * done / total:.0f} % done: {name}")

@@ -51,7 +51,7 @@ def fixed(found: Mapping[str, tuple[Any, Any]]) -> dict[str, tuple[Any, Any]]:
 def said(found: Mapping[str, tuple[Any, Any]]) -> str:
     """Some differences in words."""
     told = [f"{key} is {shown(now)}, it was {shown(old)}" for key, (old, now) in list(found.items())[:3]]
-    return "; ".join([*told, "..."][: 3 + (len(found) > 3)])
+    return "; ".join([*told, *["..."] * (len(found) > 3)])
 
 
 def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
