@@ -83,6 +83,7 @@ CIRCULATIONS = {
     "pressure": circulation.PrescribedPressure,
     "volume": circulation.PrescribedVolume,
     "isovolumetric": circulation.Isovolumetric,
+    "windkessel": circulation.Windkessel,
 }
 SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondOrder}
 
@@ -194,8 +195,9 @@ class CirculationSection:
 
     Args:
         cavity: The part of the boundary that is the wall of the cavity, or a list of them.
-        preload: Pressure in the cavity at the beginning, zero unless given: one, or one a cavity. The body
-            begins in equilibrium with it. Where volume or pressure are given there is none.
+        preload: Pressure in the cavity at the beginning: one, or one a cavity; unless given, that of the
+            atrium where there is one, else zero. The body begins in equilibrium with it. Where volume or
+            pressure are given there is none.
     """
 
     cavity: str | tuple[str, ...] = "endocardium"

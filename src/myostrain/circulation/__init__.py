@@ -3,5 +3,14 @@
 from myostrain.circulation.circuit import Circuit
 from myostrain.circulation.contracts import Circulation, Prescribed
 from myostrain.circulation.prescribed import Isovolumetric, PrescribedPressure, PrescribedVolume
+from myostrain.circulation.windkessel import Windkessel
 
-__all__ = ["Circuit", "Circulation", "Isovolumetric", "Prescribed", "PrescribedPressure", "PrescribedVolume"]
+__all__ = [
+    "Circuit",
+    "Circulation",
+    "Isovolumetric",
+    "Prescribed",
+    "PrescribedPressure",
+    "PrescribedVolume",
+    "Windkessel",
+]

@@ -28,7 +28,7 @@ class Circuit:
 
     Args:
         model: The 0D model, or what is prescribed.
-        preload: Pressure in each cavity at the beginning; zero unless given.
+        preload: Pressure in each cavity at the beginning; that of the model unless given, or zero.
 
     Raises:
         InputError: It is no such model, or there is a preload where pressure or volume are prescribed.
@@ -54,7 +54,7 @@ class Circuit:
             )
         self.cavities = int(model.cavities)
         self.names: tuple[str, ...] = tuple(getattr(model, "states", ()))
-        begun = np.asarray(0.0 if preload is None else preload, dtype=float)
+        begun = np.asarray(getattr(model, "preload", 0.0) if preload is None else preload, dtype=float)
         if begun.ndim and begun.shape != (self.cavities,):
             raise InputError(f"{begun.tolist()}: give one number, or {self.cavities}", "circulation.preload")
         self._preload = np.broadcast_to(begun, (self.cavities,)).copy()
