@@ -17,8 +17,10 @@ class Hunter1998:
     with form, T and β of a public code; c₀, c₅₀ and n, which that code asks for, are ours. It is the tension
     to set against :class:`~myostrain.activation.Rossi2014`: the same drivers, a stress in place of a strain.
 
-    Tension that grows with the length at once pulls the fibre back in the next step: solve mechanics in every
-    step, and take smaller ones where the length oscillates from step to step.
+    Tension that grows with the length at once pulls the fibre back in the next step. By the schemes of one
+    pass the length may swing from step to step, whatever the step: from a gain β T λ/(K + T) of 1 on
+    (staggered) or of 1/3 (second order), K being the passive stiffness along the fibre. Take the implicit one
+    there. ``myostrain reproduce strain-and-stress`` shows it.
 
     Args:
         tension: T, the largest tension at stretch one, in the case's unit of stress; 100 kPa in that code.

@@ -25,6 +25,9 @@ Array = npt.NDArray[np.float64]
 #: Steps of Newton's method at most, and how long each is at most, in the logarithm of the stretch.
 MOST, LONGEST = 120, 0.1
 
+#: The unit tensor.
+ONE = np.eye(3)
+
 #: Fibre, sheet and normal are the axes.
 AXES = Microstructure(*(ufl.as_vector([float(i == k) for i in range(3)]) for k in range(3)))
 
@@ -38,7 +41,7 @@ def material(parameters: Mapping[str, Any]) -> Any:
 def isochoric(stretch: Any) -> Array:
     """F (..., 3, 3) of stretches (...) along the fibre that keep the volume, with equal sides."""
     lam = np.asarray(stretch, dtype=float)
-    return np.stack([lam, lam**-0.5, lam**-0.5], axis=-1)[..., None] * np.eye(3)
+    return np.stack([lam, lam**-0.5, lam**-0.5], axis=-1)[..., None] * ONE
 
 
 class Points:
@@ -81,10 +84,9 @@ class Points:
     def put(self, F: Array, Fo: Any = None, tension: Any = 0.0) -> None:
         """Set points: F (n, 3, 3), Fo, the unit tensor unless given, and Ta, each of n or one for all."""
         n = self._n = len(F)
-        one = np.eye(3)
         for function, values, shape in (
             (self._F, F, (3, 3)),
-            (self._Fo, one if Fo is None else Fo, (3, 3)),
+            (self._Fo, ONE if Fo is None else Fo, (3, 3)),
             (self._tension, tension, ()),
         ):
             cells = function.function_space.dofmap.list[:n, 0]
@@ -119,13 +121,17 @@ def active_tensors(deformation: Mapping[str, Any], gamma: Array) -> Array:
     return np.asarray(found.eval(mesh, np.arange(len(gamma), dtype=np.int32))).reshape(-1, 3, 3)
 
 
-def free_stretches(points: Points, Fo: Array, held: Array | None = None) -> Array:
+def free_stretches(
+    points: Points, Fo: Array, held: Array | None = None, *, tension: Any = 0.0, pull: Any = 0.0
+) -> Array:
     """Stretches (n, 3) along fibre, sheet and normal of free points that keep J = 1, by Newton's method.
 
     Args:
         points: The points; their F is left at what is found.
         Fo: Fo (n, 3, 3), diagonal.
         held: Stretches (n,) along the fibre where that is held and the sides are free.
+        tension: Ta, a number or (n,).
+        pull: A dead load along the fibre, per reference area, a number or (n,).
 
     Raises:
         ComputationError: No equilibrium is found.
@@ -140,10 +146,11 @@ def free_stretches(points: Points, Fo: Array, held: Array | None = None) -> Arra
     before, longest = np.zeros((len(Fo), len(ways))), np.full(len(Fo), LONGEST)
     for _ in range(MOST):
         stretches = np.exp(logs)
-        points.put(stretches[:, :, None] * np.eye(3), Fo)
+        points.put(stretches[:, :, None] * ONE, Fo, tension)
         power = np.einsum("nii->ni", points.stress()) * stretches
+        power[:, 0] -= pull * stretches[:, 0]
         stiffness = np.einsum("niijj->nij", points.moduli()) * stretches[:, :, None] * stretches[:, None, :]
-        stiffness += power[:, :, None] * np.eye(3)
+        stiffness += power[:, :, None] * ONE
         values, vectors = np.linalg.eigh(ways @ stiffness @ ways.T)
         values = np.maximum(np.abs(values), 1e-3 * points.modulus)  # towards less energy
         step = -np.einsum("nij,nj,nkj,nk->ni", vectors, 1 / values, vectors, power @ ways.T)
@@ -158,8 +165,13 @@ def free_stretches(points: Points, Fo: Array, held: Array | None = None) -> Arra
     raise ComputationError("free points find no equilibrium", advice="a smaller active strain.")
 
 
+def held_force(points: Points, Fo: Array, stretch: Array, tension: Any = 0.0) -> Array:
+    """Force (n,) per reference area along the fibre of points held at stretches (n,), sides free."""
+    sides = free_stretches(points, Fo, stretch, tension=tension)
+    stress = np.einsum("nii->ni", points.stress())
+    return np.asarray(stress[:, 0] - stress[:, 2] * sides[:, 2] / sides[:, 0])
+
+
 def tension_for(points: Points, stretch: Array) -> Array:
     """The tension Ta (n,) that shortens free passive points to the stretches (n,) along the fibre."""
-    sides = free_stretches(points, np.broadcast_to(np.eye(3), (len(stretch), 3, 3)), stretch)
-    power = np.einsum("nii->ni", points.stress()) * sides
-    return np.asarray((power[:, 2] - power[:, 0]) / sides[:, 0] ** 2)
+    return -held_force(points, np.broadcast_to(ONE, (len(stretch), 3, 3)), stretch) / stretch
