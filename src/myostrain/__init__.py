@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import UniformFibres, build
     from myostrain.mechanics import Cavities, ImposedStretch, Loads, Mechanics, Supports
+    from myostrain.output.comparing import Comparison, compare
     from myostrain.output.opening import Results, open  # noqa: A004
     from myostrain.output.tips import Tip
     from myostrain.run.schedule import Callback
@@ -49,6 +50,7 @@ __all__ = [
     "Callback",
     "Case",
     "Cavities",
+    "Comparison",
     "ComputationError",
     "Drive",
     "Electromechanics",
@@ -79,6 +81,7 @@ __all__ = [
     "cable",
     "cell",
     "circulation",
+    "compare",
     "geometry",
     "kinematics",
     "materials",
@@ -108,6 +111,7 @@ _MODULES = {
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("UniformFibres", "build"),
     "mechanics": ("Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports"),
+    "output.comparing": ("Comparison", "compare"),
     "output.opening": ("Results", "open"),
     "output.tips": ("Tip",),
     "run.schedule": ("Callback",),

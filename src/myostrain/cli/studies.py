@@ -89,3 +89,26 @@ def sweep(
     pictures = "".join(f", the picture {path}" for path in done.pictures)
     screen.print(f"the table is {folder / 'table.csv'} and {folder / 'table.nc'}{pictures}")
     raise typer.Exit(3 if done.failed else 0)
+
+
+@app.command()
+def compare(
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR DIR...", help="Result folders.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder for metrics.csv and compare.png.")
+    ] = None,
+    page: Annotated[
+        bool, typer.Option("--html", help="One page with all, index.html; in runs/compare without --out.")
+    ] = False,
+) -> None:
+    """Put runs beside each other: metrics with differences to the first, probes and measures over time."""
+    from myostrain.output.comparing import compare as beside
+    from myostrain.output.folder import free_name
+
+    found = beside(*folders)
+    screen.print(repr(found))
+    if page and out is None:
+        out = free_name(Path("runs") / "compare")
+    if out is not None:
+        for path in found.write(out, page=page):
+            screen.print(str(path))

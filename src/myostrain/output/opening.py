@@ -6,12 +6,13 @@ import html
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from myostrain.errors import InputError
 from myostrain.output import datasets
 from myostrain.output.folder import check_path, load_results
 from myostrain.output.frames import Frames
+from myostrain.output.page import table
 from myostrain.output.quantities import attributes
 from myostrain.output.reader import Reader
 
@@ -110,7 +111,7 @@ class Metrics(Mapping[str, float | None]):
         return "\n".join(f"{name:28} {value:>12} {unit}".rstrip() for name, value, unit, _ in self.rows())
 
     def _repr_html_(self) -> str:
-        return _table(("metric", "value", "unit", "meaning"), self.rows())
+        return table(("metric", "value", "unit", "meaning"), self.rows())
 
 
 class Results:
@@ -218,15 +219,5 @@ class Results:
         return "\n".join([f"Results: {self.title}", *lines, *numbers])
 
     def _repr_html_(self) -> str:
-        about = _table((), self._lines())
+        about = table([], self._lines())
         return f"<b>{html.escape(self.title)}</b>{about}{self.metrics._repr_html_()}"
-
-
-def _table(head: tuple[str, ...], rows: list[Any]) -> str:
-    """A table in HTML."""
-
-    def row(cells: tuple[str, ...], tag: str) -> str:
-        inner = "".join(f'<{tag} style="text-align:left">{html.escape(cell)}</{tag}>' for cell in cells)
-        return f"<tr>{inner}</tr>"
-
-    return f"<table>{row(head, 'th') if head else ''}{''.join(row(cells, 'td') for cells in rows)}</table>"

@@ -13,6 +13,7 @@ from typing import Any
 
 from myostrain.coupling import Electromechanics
 from myostrain.errors import InputError, shown
+from myostrain.output.comparing import flat
 from myostrain.state import State
 
 import numpy as np
@@ -37,7 +38,7 @@ _ELSEWHERE = (
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
     """Values, before and now, of the dotted keys in which two nested dictionaries differ."""
-    old, new = dict(_flat(before)), dict(_flat(now))
+    old, new = dict(flat(before)), dict(flat(now))
     keys = [*old, *(key for key in new if key not in old)]
     return {key: (old.get(key), new.get(key)) for key in keys if old.get(key) != new.get(key)}
 
@@ -52,14 +53,6 @@ def said(found: Mapping[str, tuple[Any, Any]]) -> str:
     """Some differences in words."""
     told = [f"{key} is {shown(now)}, it was {shown(old)}" for key, (old, now) in list(found.items())[:3]]
     return "; ".join([*told, *["..."] * (len(found) > 3)])
-
-
-def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in tree.items():
-        if isinstance(value, Mapping) and value:
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
 
 
 def accept(saved: State, now: State, step: float, steps: int) -> list[dict[str, Any]]:
