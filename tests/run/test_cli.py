@@ -7,6 +7,7 @@ import subprocess
 import time
 import tomllib
 
+import myostrain as ms
 from myostrain import Case, ComputationError, cases
 from myostrain.case import building
 from myostrain.output.snapshots import Snapshots
@@ -165,6 +166,13 @@ def test_wrong_use(line, arguments, words):
     assert words in done.err + done.out
     assert "Traceback" not in done.err
     assert sorted(line.parent.iterdir()) == before
+
+
+def test_version():
+    """Interface: `myostrain --version`."""
+    done = command_line("--version")
+    assert (done.status, done.err) == (0, "")
+    assert done.out == f"myostrain {ms.__version__}\n"
 
 
 def test_help_is_no_error():

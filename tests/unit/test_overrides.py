@@ -170,3 +170,40 @@ def test_one_of_several_sections_is_named_by_its_number():
     for wrong in ("stimulus.3.strength=1.0", "stimulus.strength=1.0", "stimulus.0={}"):
         with pytest.raises(InputError, match="there are 2 of this section"):
             override(data, [wrong])
+
+
+def test_a_model_takes_the_place_of_another_with_its_keys(tmp_path, caplog):
+    """A model given by `--set` replaces what no longer fits, and says so; what fits or is given stays."""
+    file = write_case(tmp_path / "case.toml", changed(SHEET, {"material.mu": 2.5, "activation.beta": 0.2}))
+    case = Case.from_file(file, ["material.model=MooneyRivlin", "cell.model=AlievPanfilov1996", "cell.k=7.0"])
+    assert case.parameters["material"]["model"] == "MooneyRivlin"
+    assert case.parameters["cell"]["k"] == 7.0
+    assert "tau" not in case.parameters["cell"]
+    said = "\n".join(record.getMessage() for record in caplog.records)
+    assert "cell.model is AlievPanfilov1996 now: left out of [cell] what it does not have: alpha" in said
+    case = Case.from_file(file, ["activation.law=active-stress", "activation.tension=1.0"])
+    assert case.law.tension == 1.0
+    assert "left out of [activation] what it does not have: beta = 0.2, deformation = 'fibre'" in caplog.text
+    caplog.clear()
+    assert Case.from_file(file, ["material.model=NeoHookean", "activation.law=relaxing"]).law.beta == 0.2
+    assert not caplog.records  # nothing had to go
+    with pytest.raises(InputError, match=r"^cell.tau: no such key"):
+        Case.from_file(file, ["cell.model=AlievPanfilov1996", "cell.tau=0.2"])
+    with pytest.raises(InputError, match=r"^material.model: .*did you mean 'NeoHookean'"):
+        Case.from_file(file, ["material.model=NeoHooke"])
+
+
+@pytest.mark.parametrize(
+    "assignment, words",
+    [
+        ("beta=0.2", "did you mean activation.beta?"),
+        ("spacing=1.0", "did you mean geometry.spacing?"),
+        ("relaxation_time=0.1", "did you mean mechanics.relaxation_time?"),
+        ("tme=1.0", "did you mean 'time'?"),
+    ],
+)
+def test_a_key_without_its_section_is_found(tmp_path, assignment, words):
+    """Issue: "`--set beta=` suggests `activation.beta`"; keys of the case first, then those that may be."""
+    with pytest.raises(InputError) as error:
+        Case.from_file(write_case(tmp_path / "case.toml", LINE), [assignment])
+    assert words in str(error.value)

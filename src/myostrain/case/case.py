@@ -23,6 +23,7 @@ from myostrain.case.parsing import (
     make_stretch_currents,
     make_variations,
     pick,
+    places_of,
     plain,
 )
 from myostrain.case.resolved import resolved
@@ -145,9 +146,11 @@ class Case:
         """
         unknown = [key for key in data if key not in (*SECTIONS, *TEXTS)]
         if unknown:
-            raise InputError(
-                f"no such section or key; {nearest(unknown[0], (*SECTIONS, *TEXTS))}", dotted(unknown[0])
+            places = places_of(unknown[0], data)
+            better = (
+                f"did you mean {' or '.join(places)}?" if places else nearest(unknown[0], (*SECTIONS, *TEXTS))
             )
+            raise InputError(f"no such section or key; {better}", dotted(unknown[0]))
         for section, needed in SECTIONS.items():
             if needed and section not in data:
                 raise InputError("this section is missing", section)

@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+import dataclasses
+import logging
 import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myostrain.case.sections import CELLS
-from myostrain.errors import InputError
+from myostrain.case.sections import CELLS, DEFORMATIONS, FIBRES, GEOMETRIES, LAWS, MATERIALS, SCHEMES
+from myostrain.errors import InputError, shown
 from myostrain.membranes.parameter_sets import without_the_sets
+
+log = logging.getLogger("myostrain")
+
+#: Keys whose word says which others a section has.
+WORDS: dict[str, Mapping[str, Any]] = {
+    "geometry.kind": GEOMETRIES,
+    "fibres.kind": FIBRES,
+    "cell.model": CELLS,
+    "activation.law": LAWS,
+    "activation.deformation": DEFORMATIONS,
+    "material.model": MATERIALS,
+    "time.scheme": SCHEMES,
+}
 
 #: Tables in tables that a case may have at most; a deeper key is a mistake.
 DEPTH = 8
@@ -24,16 +39,43 @@ def override(data: dict[str, Any], assignments: Sequence[Assignment]) -> None:
     Args:
         data: The case; changed in place.
         assignments: Dotted keys, and values in TOML syntax; a bare word is a text. Of several sections of a
-            name, the number follows it: ``stimulus.2.strength=20``. Or pairs of a key and a value.
+            name, the number follows it: ``stimulus.2.strength=20``. Or pairs of a key and a value. A word
+            that chooses a model takes the place of the earlier one with its keys, as a warning says.
 
     Raises:
         InputError: An assignment is of another form.
     """
     if assignments and isinstance(data.get("cell"), Mapping):
         data["cell"] = _without_the_sets(data["cell"])
-    for assignment in assignments:
-        key, value = split(assignment) if isinstance(assignment, str) else assignment
+    pairs = [split(each) if isinstance(each, str) else each for each in assignments]
+    before = {key: _word(data, key) for key in WORDS}
+    for key, value in pairs:
         _assign(data, key, value)
+    given = {key for key, _ in pairs}
+    for key in WORDS:
+        if key in given and before[key] != _word(data, key):
+            _drop_what_no_longer_fits(data, key, given)
+
+
+def _word(data: Mapping[str, Any], key: str) -> Any:
+    section, name = key.split(".")
+    return data[section].get(name) if isinstance(data.get(section), Mapping) else None
+
+
+def _drop_what_no_longer_fits(data: dict[str, Any], key: str, given: set[str]) -> None:
+    """Take out of a section what only its earlier model has; what was given with the new one stays."""
+    section, choices, word = key.partition(".")[0], WORDS[key], _word(data, key)
+    if not isinstance(word, str) or word not in choices:
+        return  # said where the case is checked
+    old = {field.name for cls in choices.values() for field in dataclasses.fields(cls)}
+    if key == "activation.law" and getattr(choices[word], "yields", "strain") == "tension":
+        old |= {"deformation", *(f.name for cls in DEFORMATIONS.values() for f in dataclasses.fields(cls))}
+    fits = {field.name for field in dataclasses.fields(choices[word])}
+    table = data[section]
+    gone = {n: table.pop(n) for n in list(table) if n in old - fits and f"{section}.{n}" not in given}
+    if gone:
+        said = ", ".join(f"{name} = {shown(value)}" for name, value in gone.items())
+        log.warning("%s is %s now: left out of [%s] what it does not have: %s", key, word, section, said)
 
 
 def _without_the_sets(cell: Mapping[str, Any]) -> dict[str, Any]:

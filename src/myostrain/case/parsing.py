@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from myostrain.case.sections import CirculationSection
+from myostrain.case.sections import CLASSES, CirculationSection
 from myostrain.electrics import Place, StretchCurrent, Variation
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.mechanics import Cavities
@@ -199,6 +199,23 @@ def make_solver(section: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             raise InputError('give PETSc options, such as { ksp_type = "cg" }', f"solver.{name}")
         check_options(name, options)
     return {name: dict(options) for name, options in section.items()}
+
+
+def places_of(name: str, data: Mapping[str, Any]) -> list[str]:
+    """Dotted keys that end in a name: those that a case has, else those that it may have.
+
+    Args:
+        name: The last part of a key.
+        data: The case, with the sections that it has.
+    """
+    tables = {section: table for section, table in data.items() if isinstance(table, Mapping)}
+    if found := [f"{section}.{name}" for section, table in tables.items() if name in table]:
+        return found
+    return [
+        f"{section}.{name}"
+        for section, classes in CLASSES.items()
+        if any(field.name == name for cls in classes for field in dataclasses.fields(cls))
+    ]
 
 
 def word(thing: Any, choices: Mapping[str, Any]) -> str:

@@ -256,6 +256,20 @@ class UnitsSection:
     potential: str | None = None
 
 
+#: Classes whose fields are keys of a section.
+CLASSES: dict[str, tuple[Any, ...]] = {
+    "geometry": tuple(GEOMETRIES.values()),
+    "fibres": tuple(FIBRES.values()),
+    "cell": (*CELLS.values(), CellSection),
+    "potential": (PotentialSection,),
+    "activation": (*LAWS.values(), *DEFORMATIONS.values(), TransmuralSection),
+    "material": tuple(MATERIALS.values()),
+    "mechanics": (MechanicsSection, *KINEMATICS.values()),
+    "time": (TimeSection, *SCHEMES.values()),
+    "output": (OutputSection,),
+    "units": (UnitsSection,),
+}
+
 #: Sections of a case file, and whether they must be there.
 SECTIONS = {
     "units": False,

@@ -1,4 +1,4 @@
-"""Cases, the paper, materials: the commands of ``myostrain`` but for those of cells, and how it ends."""
+"""Cases and the paper: the commands of ``myostrain`` but for those of cells, and how it ends."""
 
 from __future__ import annotations
 
@@ -36,6 +36,23 @@ screen = Console(soft_wrap=True, highlight=False, markup=False)
 
 #: Signals that :func:`_terminate` has seen.
 _terminated: list[int] = []
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        import myostrain
+
+        typer.echo(f"myostrain {myostrain.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """Cardiac electromechanics by active strain."""
 
 
 @app.command("list")
@@ -96,7 +113,8 @@ def run(
     asked = None
     if case is not None:
         file = Path(case) if case.endswith(".toml") or "/" in case else cases.path(case)
-        asked = Case.from_file(file, overrides or [])
+        with _warnings_shown(comm.rank == 0):
+            asked = Case.from_file(file, overrides or [])
     if resume:
         checked, resume = _resumed(asked, out, overrides or [], force=force)
     elif asked is None:
@@ -213,62 +231,12 @@ def doctor() -> None:
     raise typer.Exit(report(typer.echo))
 
 
-@app.command()
-def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")]) -> None:
-    """Draw the pictures of a result folder again."""
-    from myostrain.output.figures.draw import draw
-    from myostrain.output.folder import check_path
-
-    check_path(folder, "DIR")
-    with _warnings_shown(True):
-        for path in draw(folder):
-            typer.echo(str(path))
-
-
-@app.command()
-def material(
-    name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="A passive material; without one they are listed.")
-    ] = None,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change one parameter, such as mu=2.5."),
-    ] = None,
-    unit: Annotated[str, typer.Option("--unit", help="Unit of its stiffness, such as kPa.")] = "",
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE.png", help="The picture; NAME.png by default. Is replaced."),
-    ] = None,
-) -> None:
-    """Draw a material's curves: uniaxial, equibiaxial and simple shear, by fibre, sheet and normal.
-
-    The material is incompressible and passive, as in the section [material] of a case file.
-    """
-    _load_engine()
-    from myostrain.case.overrides import override
-    from myostrain.case.parsing import make
-    from myostrain.case.sections import MATERIALS
-    from myostrain.errors import nearest
-    from myostrain.output.figures.material import draw_material
-
-    if name is None:
-        solids = {word: cls for word, cls in MATERIALS.items() if cls.tensor_dim == 3}
-        for word, cls in solids.items():
-            numbers = ", ".join(f"{key} = {value:g}" for key, value in vars(cls()).items())
-            typer.echo(f"{word:{max(map(len, solids))}}  {numbers}")
-        return
-    if name not in MATERIALS:
-        raise InputError(f"no such material; {nearest(name, MATERIALS)}", "NAME")
-    values: dict[str, Any] = {}
-    override(values, overrides or [])
-    made = make(MATERIALS[name], values, "material")
-    typer.echo(str(draw_material(made, out or Path(f"{name}.png"), unit=unit)))
-
-
 @contextlib.contextmanager
-def _warnings_shown(active: bool) -> Iterator[None]:
-    """Show the warnings of ``run.log`` on the terminal too."""
+def _warnings_shown(active: bool, *, once: bool = False) -> Iterator[None]:
+    """Show the warnings of ``run.log`` on the terminal too; once those that are the same, if asked for."""
     handler = _Warnings()
+    if once:
+        handler.addFilter(_Once())
     logger = logging.getLogger("myostrain")
     if active:
         logger.addHandler(handler)
@@ -276,6 +244,21 @@ def _warnings_shown(active: bool) -> Iterator[None]:
         yield
     finally:
         logger.removeHandler(handler)
+
+
+class _Once(logging.Filter):
+    """Lets a message through the first time."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._said: set[str] = set()
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether it was not there yet."""
+        text = record.getMessage()
+        new = text not in self._said
+        self._said.add(text)
+        return new
 
 
 class _Warnings(logging.Handler):

@@ -67,7 +67,7 @@ def sweep(
         values[key] = value
     folder = out or free_name(Path("runs") / f"sweep-{Path(case or '').stem}")
     try:
-        with _warnings_shown(True), ProgressDisplay(True, bar=not quiet) as display:
+        with _warnings_shown(True, once=True), ProgressDisplay(True, bar=not quiet) as display:
             done = run_sweep(
                 case,
                 values,
