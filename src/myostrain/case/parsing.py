@@ -161,7 +161,7 @@ def make_cavities(connected: Any, section: Mapping[str, Any]) -> Cavities:
     if any(field.name == "cavities" for field in dataclasses.fields(connected)):
         others["cavities"] = len(cavities)
     made = make(connected, others, "circulation", also=("kind", *names))
-    return Cavities(names=cavities, circulation=made, preload=own.preload)
+    return Cavities(names=cavities, circulation=made, preload=own.preload, beats=own.beats)
 
 
 def make_points(

@@ -87,4 +87,4 @@ def _circulation(cavities: Cavities | None) -> dict[str, Any]:
     section = {"kind": word(cavities.circulation, CIRCULATIONS), "cavity": list(cavities.names)}
     parameters = {k: v for k, v in plain(cavities.circulation).items() if k != "cavities"}
     preload = {} if cavities.preload is None else {"preload": plain(cavities.preload)}
-    return {**section, **parameters, **preload}
+    return {**section, **parameters, **preload, "beats": cavities.beats}

@@ -198,10 +198,12 @@ class CirculationSection:
         preload: Pressure in the cavity at the beginning: one, or one a cavity; unless given, that of the
             atrium where there is one, else zero. The body begins in equilibrium with it. Where volume or
             pressure are given there is none.
+        beats: Number of beats, of equal length, in the run: stroke volume and the like are of the last one.
     """
 
     cavity: str | tuple[str, ...] = "endocardium"
     preload: NonNegative | tuple[NonNegative, ...] | None = None
+    beats: Count = 1
 
 
 @description

@@ -14,7 +14,7 @@ from myostrain.mechanics.cavity import Cavity
 from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.solvers.linear import assemble_nodal
 from myostrain.state import State
-from myostrain.validation import NonNegative, check_fields
+from myostrain.validation import Count, NonNegative, check_fields
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,7 @@ class Cavities:
         circulation: What they are connected to, such as :class:`~myostrain.circulation.Windkessel`.
         preload: Pressure at the beginning, in all or one a cavity; zero unless given. Where the circulation
             prescribes volume or pressure there is none.
+        beats: Number of beats, of equal length, that the run is meant to have; numbers are of the last one.
 
     Raises:
         InputError: A value does not fit its type, or the circulation has another number of cavities.
@@ -42,6 +43,7 @@ class Cavities:
     names: tuple[str, ...]
     circulation: Any
     preload: NonNegative | tuple[NonNegative, ...] | None = None
+    beats: Count = 1
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -77,6 +79,7 @@ class CavityPressures:
 
     Attributes:
         cavities: Names of the cavities.
+        beats: Number of beats in the run.
         circuit: The circulation along the run.
         names: Names of the values, "volume_NAME", "pressure_NAME" by cavity, then the circulation's states.
     """
@@ -90,6 +93,7 @@ class CavityPressures:
         external: ExternalForces,
     ) -> None:
         self.cavities: tuple[str, ...] = () if cavities is None else cavities.names
+        self.beats = 1 if cavities is None else cavities.beats
         self.circuit = Circuit(Isovolumetric(cavities=0)) if cavities is None else cavities.circuit()
         displacement, degree = active.displacement(u), active.kinematics.degree
         self._cavities = [Cavity(body, name, displacement, degree, u) for name in self.cavities]

@@ -13,6 +13,7 @@ from myostrain.errors import InputError, shown
 from myostrain.output.conduction import conduction_velocity
 from myostrain.output.electrodes import ElectrodeTable
 from myostrain.output.fields import FieldName, FieldWriter
+from myostrain.output.loops import LoopTable, units_of_loops
 from myostrain.output.probes import ActivationTimes, Probes
 from myostrain.output.results import wave_metrics
 from myostrain.output.table import MeasureTable, ProbeTable
@@ -96,6 +97,9 @@ class Record:
         self._ecg: ElectrodeTable | None = None
         if wanted.electrodes:
             self._ecg = ElectrodeTable(model, wanted.electrodes, out, before.get("ecg"))
+        self._loops: LoopTable | None = None
+        if model.mechanics is not None and model.mechanics.cavities.names:
+            self._loops = LoopTable(model, out, before.get("loops"))
         self._resumed, self.seconds = saved is not None, 0.0
 
     def begin(self) -> None:
@@ -124,6 +128,8 @@ class Record:
 
     def _write(self, number: int) -> None:
         begin = time.perf_counter()
+        if self._loops is not None and self._model.in_step:
+            self._loops.add()
         if self._wanted.fields_due.due(number):
             if self._writer is not None:
                 self._writer.write(number, self._model.time)
@@ -142,6 +148,7 @@ class Record:
             "measures": self._measures.state(),
             "tips": None if self._tips is None else self._tips.state(),
             "ecg": None if self._ecg is None else self._ecg.size(),
+            "loops": None if self._loops is None else self._loops.state(),
         }
 
     def finish(self) -> None:
@@ -158,7 +165,9 @@ class Record:
             **wave_metrics(self._model.potential, beats, ends, velocity),
             **({} if self._tips is None else self._tips.metrics()),
             **self._measures.metrics(),
+            **(loops := {} if self._loops is None else self._loops.metrics()),
         }
+        self.units = units_of_loops(list(loops), self._wanted.about["units"])
         self.notes = {} if self._tips is None else self._tips.notes()
         if self._writer is not None:
             maps = {"activation_times": beats, "conduction_velocity": velocity[None]}
@@ -185,7 +194,7 @@ class Record:
 
     def close(self) -> None:
         """Close the tables."""
-        for table in (self._rows, self._measures, self._tips, self._ecg):
+        for table in (self._rows, self._measures, self._tips, self._ecg, self._loops):
             if table is not None:
                 table.close()
 

@@ -75,7 +75,10 @@ def accept(saved: State, now: State, step: float, steps: int) -> list[dict[str, 
         float(saved["seconds"])
         tips = saved["tips"] or {"size": None, "found": 0, "most": 0, "path": []}
         int(tips["found"] + tips["most"] + len(tips["path"]))
-        for size in (saved["table"], saved["measures"]["size"], tips["size"], saved["ecg"]):
+        loops = saved["loops"] or {"size": None, "rows": []}
+        len(loops["rows"])
+        sizes = saved["table"], saved["measures"]["size"], tips["size"], saved["ecg"], loops["size"]
+        for size in sizes:
             if not isinstance(size, int | None):
                 raise ValueError(f"{size!r} is no size of a table")
         dict(saved["measures"]["last"], **saved["measures"]["peaks"])

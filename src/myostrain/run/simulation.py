@@ -372,7 +372,7 @@ class Simulation:
             **summary.about_solution(model),
             "metrics": {**metrics, **record.metrics},
             "notes": {**notes, **record.notes},
-            "units": self._wanted.about["units"],
+            "units": {**self._wanted.about["units"], **record.units},
             "probes": {name: {"position": positions[name], **at_probes[name]} for name in self.probes.names},
             "output": self._wanted.intervals,
             "seconds": {

@@ -7,6 +7,7 @@ from pathlib import Path
 from myostrain.output.figures.codes import draw_codes
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.line import draw_line
+from myostrain.output.figures.loops import draw_loops
 from myostrain.output.figures.published import draw_benchmark
 from myostrain.output.figures.sheet import draw_sheet
 from myostrain.output.figures.solid import draw_solid
@@ -29,6 +30,7 @@ def draw(folder: Path) -> list[Path]:
     ``folder/rigid`` beside it if there is one, and ``maps.png``; a sheet gives ``potential.png``,
     ``stress.png``, ``activation.png``, ``apd90.png``, ``conduction-velocity.png``, ``animation.gif``, and
     ``tip.png`` of a spiral; a solid these, ``displacement.png`` and ``fibres.png``, if PyVista is there;
+    cavities ``loop.png`` and ``cavities.png``;
     probes of any body give ``probes.png``, electrodes ``ecg.png``, published numbers to compare with
     ``land.png``, published activation times ``published.png``.
     What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are
@@ -60,6 +62,7 @@ def draw(folder: Path) -> list[Path]:
             written += draw_tips(run, twin, figures / "tip.png")
         elif len(run.time) and run.dim == 3:
             written += draw_solid(run, figures)
+        written += draw_loops(run, figures)
         times, histories = run.probe_histories("potential")
         label = run.label("$v$", "potential")
         written += _signals(run, times, histories, label, run.rest, figures / "probes.png")
