@@ -27,7 +27,7 @@ CLOSED = {
     "activation": {"law": "proportional", "beta": 0.15},
     "material": {"model": "NeoHookean", "mu": 2.0},
     "mechanics": {"kinematics": "solid", "sliding": ["base"], "tolerance": 1e-10},
-    "circulation": {"kind": "isovolumetric", "cavity": "endocardium", "preload": 0.2},
+    "circulation": {"kind": "isovolumetric", "cavity": "endocardium", "preload": 0.2, "beats": 1},
     "time": {"step": 0.5, "end": 3.0},
     "probes": {"a": [12.0, 0.0, -1.0]},
     "output": {"every": 1.0, "checkpoint_every": 1.0},
