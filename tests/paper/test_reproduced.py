@@ -52,7 +52,14 @@ def check(name, quick, folder):
     return chapter
 
 
-@pytest.mark.parametrize("name", chapters.names())
+#: Those of the open questions take half a minute and more each.
+QUICK = [
+    pytest.param(name, marks=pytest.mark.slow) if name in chapters.groups()["open-questions"] else name
+    for name in chapters.names()
+]
+
+
+@pytest.mark.parametrize("name", QUICK)
 def test_chapter(name, tmp_path):
     """At the quick settings: verdicts, numbers, and its pictures can be drawn."""
     chapter = check(name, True, tmp_path)
