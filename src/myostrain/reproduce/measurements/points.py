@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import ufl
 from dolfinx.mesh import create_interval
+from ufl.algorithms import expand_derivatives, strip_variables
 
 Array = npt.NDArray[np.float64]
 
@@ -79,7 +80,9 @@ class Points:
         self._second = self._compiled(ufl.diff(ufl.diff(W, s), t))
 
     def _compiled(self, expression: Any) -> fem.Expression:
-        return fem.Expression(expression, np.array([[0.5]]), jit_options=jit_options())
+        # Labels of variables, counted by process, would make each one another kernel.
+        plain = strip_variables(expand_derivatives(expression))
+        return fem.Expression(plain, np.array([[0.5]]), jit_options=jit_options())
 
     def put(self, F: Array, Fo: Any = None, tension: Any = 0.0) -> None:
         """Set points: F (n, 3, 3), Fo, the unit tensor unless given, and Ta, each of n or one for all."""
