@@ -9,8 +9,8 @@ from typing import Any
 from myostrain.activation import Fibre, FibreTension
 from myostrain.engine import MPI
 from myostrain.errors import ComputationError
-from myostrain.geometry import Slab, UniformFibres, build
-from myostrain.kinematics import Solid
+from myostrain.geometry import Rectangle, Slab, UniformFibres, build
+from myostrain.kinematics import PlaneStress, Solid
 from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.mechanics.supports import Supports
 from myostrain.reproduce.jobs import Found
@@ -21,8 +21,10 @@ from myostrain.reproduce.measurements.points import Points, material
 HALVINGS = 6
 
 
-def jumps(law: Mapping[str, Any], gamma: float, largest: float, spacing: float, steps: int) -> Found:
-    """A block that is clamped on one side: the largest jump from rest, and the way to γ in steps.
+def jumps(
+    law: Mapping[str, Any], gamma: float, largest: float, spacing: float, steps: int, solid: bool
+) -> Found:
+    """A body that is clamped on one side: the largest jump from rest, and the way to γ in steps.
 
     Strain along the fibre and the tensions that match the strip, for each size of γ.
 
@@ -30,8 +32,9 @@ def jumps(law: Mapping[str, Any], gamma: float, largest: float, spacing: float, 
         law: The passive law.
         gamma: γ at the end of the way.
         largest: γ of the largest jump that is tried.
-        spacing: Of the mesh; the block is 2 × 1 × 1.
+        spacing: Of the mesh.
         steps: Steps of the way.
+        solid: Whether it is an incompressible block of 2 × 1 × 1; else a sheet of 2 × 1 in plane stress.
 
     Returns:
         Numbers by approach, "strain", "stress" (matched to the free contraction) and "force" (to the
@@ -41,15 +44,15 @@ def jumps(law: Mapping[str, Any], gamma: float, largest: float, spacing: float, 
     """
     passive = material(law)
     points = Points(passive, 1)
-    body = build(
-        Slab(size=(2.0, 1.0, 1.0), spacing=spacing),
-        UniformFibres(direction=(1.0, 0.2, 0.0), sheet=(0.0, 0.0, 1.0)),
-        MPI.COMM_SELF,
-    )
+    shape: Any = Slab(size=(2.0, 1.0, 1.0), spacing=spacing)
+    fibres = UniformFibres(direction=(1.0, 0.2, 0.0), sheet=(0.0, 0.0, 1.0))
+    if not solid:
+        shape, fibres = Rectangle(size=(2.0, 1.0), spacing=spacing), UniformFibres(direction=(1.0, 0.2))
+    body = build(shape, fibres, MPI.COMM_SELF)
     both = {
         approach: Mechanics(
             body,
-            kinematics=Solid(),
+            kinematics=Solid() if solid else PlaneStress(),
             material=passive,
             active=active,
             supports=Supports(fixed=("left",)),

@@ -38,8 +38,8 @@ ROSSI_MU = 5000.0
 RADII, HELIX, FILLED = (1.0, 1.5), (60.0, -60.0), 1.2
 #: The volume at which wall and twist are compared.
 EJECTED = 0.9
-#: The clamped block: its mesh, the largest jump that is tried, and the steps of the way to γ.
-SPACING, LARGEST, WAY = 1.0, -0.4, 10
+#: The clamped sheet: its mesh, the largest jump that is tried, and the steps of the way to γ.
+SPACING, LARGEST, WAY = 0.25, -0.4, 10
 #: Tension of the strip that answers to its length, by law: some ten moduli, or 60 kPa.
 TENSIONS = {"NeoHookean": 10.0, "Guccione1995": 60.0, "HolzapfelOgden2009": 60.0}
 #: Its stretch before, and slopes β: that of hunter-1998, and one as steep as at little calcium.
@@ -97,9 +97,10 @@ def jobs(quick: bool) -> dict[str, Job]:
         tube["volumes"] = volumes(quick)
         made[f"{name} tube"] = Job("tube.chamber", tube, 1.0 if quick else 4.0)
         jump: dict[str, Any] = {"law": law, "gamma": GAMMA, "largest": LARGEST, "steps": WAY}
-        made[f"{name} jumps"] = Job("jumps.jumps", jump | {"spacing": SPACING}, 4.0)
+        made[f"{name} jumps"] = Job("jumps.jumps", jump | {"spacing": SPACING, "solid": False}, 1.5)
         if not quick:
-            made[f"{name} jumps, fine"] = Job("jumps.jumps", jump | {"spacing": SPACING / 2}, 30.0)
+            solid = jump | {"spacing": 1.0, "solid": True}
+            made[f"{name} jumps, solid"] = Job("jumps.jumps", solid, 20.0)
         for approach, activation in (("strain", GAMMA), ("stress", TENSIONS[name])):
             held: dict[str, Any] = {"law": law, "approach": approach, "activation": activation, "at": PRELOAD}
             steps = {"steps": 24 if quick else 60}

@@ -50,7 +50,7 @@ def numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
             "rossi": found[f"{name} rossi"].numbers,
         }
         if not quick:
-            made["laws"][name]["jumps_fine"] = found[f"{name} jumps, fine"].numbers
+            made["laws"][name]["jumps_solid"] = found[f"{name} jumps, solid"].numbers
     made["neo_hookean_error"] = _neo_hookean_error(found)
     made["curve_slope"] = _slope_of_curve()
     made["hill_shape"] = HILL
@@ -189,14 +189,11 @@ def readings(n: Mapping[str, Any]) -> dict[str, Any]:
         },
         "newton": {
             measured: {
-                "alike": max(
-                    abs(np.log(one["jumps"]["strain"]["corrections"] / one["jumps"]["stress"]["corrections"]))
-                    for one in (neo, guccione)
+                "corrections": max(_over(one, "corrections", "force") for one in laws.values()),
+                "corrections_at_same_contraction": max(
+                    _over(one, "corrections", "stress") for one in laws.values()
                 ),
-                "Holzapfel_Ogden_corrections": holzapfel["jumps"]["strain"]["corrections"]
-                / holzapfel["jumps"]["stress"]["corrections"],
-                "Holzapfel_Ogden_jump": holzapfel["jumps"]["strain"]["jump"]
-                / holzapfel["jumps"]["stress"]["jump"],
+                "jump": min(_over(one, "jump", "force") for one in laws.values()),
             }
         },
         "staggering": {measured: _swings(laws)},
@@ -208,6 +205,11 @@ def readings(n: Mapping[str, Any]) -> dict[str, Any]:
             }
         },
     }
+
+
+def _over(law: Mapping[str, Any], what: str, approach: str) -> float:
+    """A number of Newton's method with strain, over that with stress."""
+    return float(law["jumps"]["strain"][what] / law["jumps"][approach][what])
 
 
 def _dashpots() -> float:

@@ -61,12 +61,13 @@ def tables(measured: Measured) -> dict[str, Rows]:
             for approach, parts in one["sensitivity"].items()
         ],
         "newton": [
-            [jobs.NAMES[name] if approach == "strain" else "", SAYS[approach], j["first"],
+            [jobs.NAMES[name] if approach == "strain" else "", body, SAYS[approach], j["first"],
              ("beyond " if j["jump"] <= jobs.LARGEST else "") + number(j["jump"]),
              j["corrections"], j["factorizations"],
-             fixed(j["seconds"] / one["jumps"]["stress"]["seconds"], 1)]
+             fixed(j["seconds"] / one[key]["stress"]["seconds"], 1)]
+            for key, body in (("jumps", "sheet"), ("jumps_solid", "block"))
             for name, one in laws.items()
-            for approach, j in one["jumps"].items()
+            for approach, j in one.get(key, {}).items()
         ],
         "staggering": [
             [jobs.NAMES[name] if approach == "strain" else "", approach, jobs.SLOPES[k],
