@@ -1,5 +1,7 @@
 """What is refused of a mesh file: that it is seen, and where."""
 
+from pathlib import Path
+
 import myostrain as ms
 from myostrain import Case, InputError
 from myostrain.geometry.checks import components
@@ -7,11 +9,11 @@ from myostrain.geometry.checks import components
 import numpy as np
 import pytest
 
-from mesh_files import SQUARE, TRIANGLES, msh
+from mesh_files import SQUARE, TRIANGLES, msh, write_mesh
 from small_cases import ALONE, LINE, SHEET, changed, other_process, write_case
 
 try:
-    import gmsh  # noqa: F401
+    import gmsh
 except (ImportError, OSError) as missing:
     pytest.skip(f"gmsh cannot be loaded: {missing}", allow_module_level=True)
 
@@ -63,7 +65,7 @@ def test_a_wrong_mesh_is_refused_with_a_place(tmp_path, content, words):
     path = tmp_path / "body.msh"
     path.write_bytes(content)
     with pytest.raises(InputError) as caught:
-        ms.build(ms.geometry.MeshFile(path=path), ms.UniformFibres(direction=(1, 0)), ALONE)
+        ms.build(ms.geometry.ms.geometry.MeshFile(path=path), ms.UniformFibres(direction=(1, 0)), ALONE)
     assert all(word in str(caught.value) for word in ("geometry.path", str(path), *words)), str(caught.value)
 
 
@@ -139,3 +141,24 @@ def test_wrong_dimension(base, kinematics):
     case = changed(base, {"mechanics.kinematics": kinematics, "material": {"model": "NeoHookean"}})
     with pytest.raises(InputError, match=r"^mechanics\.kinematics.*dimension"):
         Case.from_dict(case).build(ALONE)
+
+
+@pytest.mark.parametrize("version", [b"2.2 0 8", b"4 0 8"])
+def test_this_process_reads_what_another_has_written(version, tmp_path, monkeypatch):
+    """A file of another version than it says makes gmsh write outside of its memory, and go on."""
+    path = write_mesh(tmp_path / "body.msh", step=4.0, version=2.2)
+    path.write_bytes(path.read_bytes().replace(b"2.2 0 8", version, 1))
+    seen = []
+
+    def opened(name, really=gmsh.open):
+        seen.append(Path(name).read_bytes())
+        really(name)
+
+    monkeypatch.setattr(gmsh, "open", opened)
+    if version == b"4 0 8":
+        with pytest.raises(InputError, match=r"body\.msh"):
+            ms.geometry.MeshFile(path=path).mesh(ALONE)
+    else:
+        ms.geometry.MeshFile(path=path).mesh(ALONE)
+        assert seen
+    assert path.read_bytes() not in seen

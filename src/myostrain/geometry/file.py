@@ -110,7 +110,10 @@ def _join_namesakes(model: Any, dim: int, declared: dict[tuple[int, int], str]) 
 
 
 def open_safely(gmsh: Any, path: Path, key: str) -> None:
-    """Read a ``.msh`` file into gmsh, nothing else, and only if gmsh survives it.
+    """Read a ``.msh`` file into gmsh, nothing else, as a gmsh of its own has understood and written it.
+
+    A damaged file may make gmsh write where it should not. That need not kill it at once: what it has read
+    never comes into this process but by a sound file.
 
     Args:
         gmsh: The module, in a session.
@@ -123,8 +126,12 @@ def open_safely(gmsh: Any, path: Path, key: str) -> None:
     readable(path, key)
     _check_header(path, key)
     with _alone(path) as name, says(path, key, name):
+        sound = Path(name).with_name("sound.msh")
         with suppress(OSError):  # no second process can be started here
-            read_alone(READ, name, path=path, key=key, reader="gmsh")
+            status, _, words = read_alone(READ, name, str(sound), path=path, key=key, reader="gmsh")
+            if status:
+                raise RuntimeError(words.strip().rpartition("\n")[2] or "it cannot be read")
+            sound.replace(name)
         gmsh.open(name)
 
 
@@ -148,17 +155,19 @@ def _alone(path: Path) -> Iterator[str]:
         yield str(link)
 
 
-#: Reads a file in a process of its own.
+#: Reads a file in a process of its own, and writes it again: mesh, groups and fields.
 READ = """
 import sys, gmsh
 gmsh.initialize(interruptible=False)
-gmsh.option.setNumber("General.Terminal", 0)
+for option, value in {
+    "General.Terminal": 0, "Mesh.Binary": 1, "Mesh.SaveAll": 1, "PostProcessing.SaveMesh": 0
+}.items():
+    gmsh.option.setNumber(option, value)
 try:
     gmsh.open(sys.argv[1])
-    gmsh.model.mesh.getNodes()
-    gmsh.model.mesh.getElements()
+    gmsh.write(sys.argv[2])
     for view in gmsh.view.getTags():
-        gmsh.view.getModelData(view, 0)
-except Exception:
-    pass  # it says so once more where it is read
+        gmsh.view.write(view, sys.argv[2], append=True)
+except Exception as error:
+    sys.exit(" ".join(str(error).split()))
 """
