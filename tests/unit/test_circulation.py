@@ -1,6 +1,6 @@
 """0D models of the circulation: the wall replaced by an elastance, against SciPy; mass; valves; orders."""
 
-from myostrain.circulation import Circuit, Isovolumetric, Windkessel
+from myostrain.circulation import Circuit, ClosedLoop, Isovolumetric, Windkessel
 from myostrain.errors import InputError
 
 import numpy as np
@@ -113,6 +113,68 @@ def test_isovolumetric_keeps_the_volume():
         np.testing.assert_array_equal(by_volumes, np.eye(2))
         np.testing.assert_array_equal(by_pressures, np.zeros((2, 2)))
         circuit.accept(time, np.array([5.0, 6.0]), np.array([1.0, 2.0]))
+
+
+def loop_by_hand(end):
+    """Left ventricle, atria, right ventricle and arteries of the closed loop, written anew for SciPy."""
+
+    def e(t, rising, falling, begin):
+        s = (t - begin) % 0.8
+        up, down = np.sin(np.pi * s / rising / 2) ** 2, np.cos(np.pi * (s - rising) / falling / 2) ** 2
+        return up if s < rising else (down if s < rising + falling else 0.0)
+
+    def valve(a, b):
+        return (a - b) / (0.0075 if a > b else 75006.2)
+
+    def rates(t, y):
+        VLA, VLV, VRA, VRV, pas, pvs, pap, pvp, qas, qvs, qap, qvp = y
+        LA = (0.18 + 0.07 * e(t, 0.17, 0.17, 0.9)) * (VLA - 4)
+        RA = (0.07 + 0.06 * e(t, 0.17, 0.17, 0.9)) * (VRA - 4)
+        LV = (0.17 + 4.482 * e(t, 0.25, 0.4, 0.1)) * (VLV - 42)
+        RV = (0.029 + 0.2 * e(t, 0.25, 0.4, 0.1)) * (VRV - 16)
+        mv, av, tv, pv = valve(LA, LV), valve(LV, pas), valve(RA, RV), valve(RV, pap)
+        return [
+            *(qvp - mv, mv - av, qvs - tv, tv - pv),
+            *((av - qas) / 1.372, (qas - qvs) / 11.363, (pv - qap) / 20, (qap - qvp) / 16),
+            *((pas - pvs - 0.733 * qas) / 0.005, (pvs - RA - 0.32 * qvs) / 0.0005),
+            *((pap - pvp - 0.046 * qap) / 0.0005, (pvp - LA - 0.0015 * qvp) / 0.0005),
+        ]
+
+    begun = [87.183, 118.52, 86.833, 166.177, 87.675, 35.898, 19.545, 15.004, 71.104, 94.039, 94.084, 473.279]
+    found = solve_ivp(rates, (0, end), begun, method="Radau", rtol=1e-6, atol=1e-6, max_step=4e-3)
+    return found.y[:, -1], found.y.sum(axis=0)
+
+
+def test_closed_loop():
+    """Half a beat of the loop with a left ventricle of given elastance, in mm³, kPa and ms, against SciPy."""
+    model, step = ClosedLoop(), 2.0
+
+    def stiffness(time):  # kPa/mm³
+        s = (time / 1000 - 0.1) % 0.8
+        share = np.sin(np.pi * s / 0.5) ** 2 if s < 0.25 else np.cos(np.pi * min(s - 0.25, 0.4) / 0.8) ** 2
+        return (0.17 + 4.482 * share) * 0.133322e-3
+
+    circuit = Circuit(model)
+    circuit.prepare(0.0, 1)
+    circuit.accept(0.0, np.array([118520.0]), np.array([(118520.0 - 42000.0) * stiffness(0.0)]))
+    blood = []
+    for number in range(1, 201):
+        time = number * step
+        p = circuit.prepare(time, 2)
+        for _ in range(30):
+            value, _, slope = circuit.tied(42000.0 + p / stiffness(time), p)
+            change = value / (1 / stiffness(time) + slope[0, 0])
+            p = p - change
+            if abs(change[0]) < 1e-10:
+                break
+        circuit.tied(42000.0 + p / stiffness(time), p)
+        circuit.accept(time, 42000.0 + p / stiffness(time), p)
+        s = circuit.states
+        blood.append(circuit.volumes[0] / 1000 + s[:3].sum() + s[3:7] @ [1.372, 11.363, 20.0, 16.0])
+    assert np.ptp(blood) < 1e-8 * blood[0]
+    exact, _ = loop_by_hand(0.4)
+    found = [circuit.states[0], circuit.volumes[0] / 1000, *circuit.states[1:]]
+    np.testing.assert_allclose(found[:8], exact[:8], rtol=5e-3)
 
 
 class Wrong:

@@ -84,6 +84,7 @@ CIRCULATIONS = {
     "volume": circulation.PrescribedVolume,
     "isovolumetric": circulation.Isovolumetric,
     "windkessel": circulation.Windkessel,
+    "closed-loop": circulation.ClosedLoop,
 }
 SCHEMES = {"implicit": Implicit, "staggered": Staggered, "second-order": SecondOrder}
 

@@ -115,14 +115,14 @@ class Circuit:
         by_states, by_pressures = slopes[:, :size], slopes[:, size:]
         stiff = weights[0] * np.eye(size) - by_states[:size]
         total = by_pressures[size:] + by_states[size:] @ np.linalg.solve(stiff, by_pressures[:size])
-        self._found = states
+        self._found = states if np.isfinite(states).all() else self.states
         values = volumes + (past[size:] - flow) / weights[0]
         return values, np.eye(count), -total / weights[0]
 
     def _solve(self, past: Array, pressures: Array) -> Array:
         """The states for these pressures; NaN if there are none."""
         size, weight = len(self.names), self._weights[0]
-        states, last = self._past[0][:size].copy(), False
+        states, last = self._found.copy(), False  # those of the last pressures that were tried
         for _ in range(MOST):
             rates, _, slopes = self._differentiated(states, pressures)
             residual = weight * states + past - rates
