@@ -1,8 +1,9 @@
 """The chapters on stretch currents: thresholds and estimates against SciPy, verdicts from the numbers."""
 
 import myostrain as ms
+from myostrain.reproduce.chapters.stretch_feedback.numbers import readings as of_feedback
 from myostrain.reproduce.chapters.stretch_threshold.numbers import readings
-from myostrain.reproduce.measurements import stretch_threshold
+from myostrain.reproduce.measurements import stretch_feedback, stretch_threshold
 from myostrain.reproduce.verdict import claims, judge
 from myostrain.theory import least_drive, least_drive_of_a_cubic
 
@@ -148,3 +149,157 @@ def test_verdicts_follow_from_the_numbers(changed, claim):
         assert claim in failed
     else:
         assert failed == ([] if claim is None else [claim])
+
+
+# What a stretch current does on clamped bodies.
+
+
+def test_strain_is_the_stress_that_is_matched_but_for_the_softening():
+    """matched: Jo W(F Fo⁻¹) of a neo-Hookean body is Jo times its energy with T = μ ((1 − β)⁻² − 1)."""
+    beta, mu = 0.3, 1.7
+    tension = stretch_feedback.matched(beta, "free", mu)
+    assert stretch_feedback.matched(beta, "held", mu) == pytest.approx((1 - beta) * tension)
+    rng = np.random.default_rng(3)
+    for axes in ((0,), (0, 1)):
+        Fo = np.diag([1 - beta if axis in axes else 1.0 for axis in range(3)])
+        F = np.eye(3) + 0.2 * rng.standard_normal((3, 3))
+        active = np.linalg.det(Fo) * mu / 2 * ((F @ np.linalg.inv(Fo)) ** 2).sum()
+        passive = mu / 2 * (F**2).sum() + tension / 2 * sum((F[:, axis] ** 2).sum() for axis in axes)
+        assert active == pytest.approx(np.linalg.det(Fo) * passive, rel=1e-12)
+
+
+@pytest.mark.parametrize("approach", ["strain in plane", "stress in plane"])
+def test_free_squares_shorten_by_the_same(approach):
+    """activation_of, "stress" (matched free), in plane: a free sheet shortens to (1 − β)^⅓."""
+    active, _ = stretch_feedback.activation_of(approach, 0.3, 10.0, 1.0)
+    body = ms.build(
+        ms.geometry.Rectangle(size=(2.0, 2.0), spacing=1.0), ms.UniformFibres(direction=(1.0, 0.0))
+    )
+    mechanics = ms.Mechanics(
+        body, kinematics=ms.kinematics.PlaneStress(), material=ms.materials.NeoHookean(), active=active
+    )
+    value = -0.3 if approach.startswith("strain") else stretch_feedback.matched(0.3, "free")
+    mechanics.activation.x.array[:] = value
+    mechanics.start()
+    assert mechanics.fibre_stretch() == pytest.approx(0.7 ** (1 / 3), abs=1e-8)
+
+
+def test_strain_and_stress_follow_with_the_same_time_constants():
+    """activation_of: the laws' states rise and fall alike where β v and the tension are scaled to one."""
+    laws = [stretch_feedback.activation_of(f"{kind}", 0.3, 10.0, 1.0)[1] for kind in ("strain", "stress")]
+    scales = (-0.3, stretch_feedback.matched(0.3, "free"))
+    for v, before in ((1.0, 0.2), (0.0, 0.7)):
+        after = [
+            law.advance(np.array([[before * scale]]), {"excitation": np.array([v])}, 0.5)[0, 0] / scale
+            for law, scale in zip(laws, scales, strict=True)
+        ]
+        exact = v + (before - v) * np.exp(-0.5 / (10.0 if v > 0.05 else 1.0))
+        assert after == pytest.approx([exact, exact], rel=1e-12)
+
+
+def test_when_a_point_can_be_excited_again_is_that_of_an_independent_integrator():
+    """window: the earliest delay after which a stretch excites, against SciPy, to two steps."""
+    found = stretch_feedback.window(ALIEV_PANFILOV, [0.2], 10.0, 0.2, 45.0).numbers
+    course = solve_ivp(rates, (0, 45), [1.0, 0.0], args=(0.0,), rtol=1e-9, atol=1e-11, dense_output=True).sol
+    assert found["duration"] == pytest.approx(brentq(lambda t: course(t)[0] - 0.5, 15, 40), abs=0.02)
+
+    def fires(delay):
+        again = solve_ivp(rates, (0, 10), course(delay), args=(0.2,), rtol=1e-9, atol=1e-11)
+        return again.y[0].max() >= 0.5
+
+    (earliest,) = found["earliest"]
+    assert fires(earliest + 0.4)
+    assert not fires(earliest - 0.4)
+
+
+def test_upstrokes_are_counted():
+    """sheet: "the mean number of upstrokes over the sheet, the first included", their times and intervals."""
+    values = np.array([[1.0, 0.0], [0.2, 0.6], [0.7, 0.1], [0.2, 0.1], [0.8, 0.1]])
+    counted = stretch_feedback._Upstrokes(values[0], 0.5)
+    for time, v in enumerate(values[1:], start=1):
+        counted.look(float(time), v)
+    assert counted.count.tolist() == [3, 1]
+    assert counted.first.tolist() == [0, 1]
+    assert counted.second[0] == 2
+    assert np.isnan(counted.second[1])
+    assert counted.period() == 2.0
+    assert counted.excited(np.array([1.0, 3.0])) == 0.25
+
+
+def test_a_square_is_excited_once_or_again_and_again():
+    """sheet, threshold: without a current one wave; on a small square with a large one it goes on."""
+    given = {
+        "membrane": {"model": "QuickRecovery"},
+        "approach": "stress in plane",
+        "size": 40.0,
+        "spacing": 2.0,
+        "step": 0.25,
+        "every": 4,
+        "center": (0.5, 0.5),
+    }
+    once = stretch_feedback.sheet(conductance=0.0, end=40.0, **given)
+    assert once.numbers["beats"] == pytest.approx(1.0, abs=0.01)
+    assert once.numbers["silent"] < 40
+    assert once.numbers["stretched"] == 0.0
+    again = stretch_feedback.sheet(conductance=6.0, end=40.0, **given)
+    assert again.numbers["silent"] is None
+    assert again.numbers["beats"] > 2
+
+
+def feedback_numbers():
+    """Numbers as the chapter makes them."""
+
+    def one(beats, drive, silent=None):
+        return {"beats": beats, "silent": silent, "first_drive": drive}
+
+    return {
+        "lines": {str(g): {"middle": t, "beats": 1} for g, t in enumerate((19.0, 9.0, 5.0, 3.6))},
+        "free_difference": 0.0,
+        "quick": {
+            "strain": {"3": one(1.0, 0.05, 28.0)},
+            "strain in plane": {"2": one(1.0, 0.028, 28.0), "3": one(4.4, 0.04)},
+            "stress in plane": {"2": one(4.6, 0.04)},
+            "stress, held in plane": {"2": one(3.8, 0.031)},
+        },
+        "slow": {"strain": {"3": one(1.0, 0.15, 46.0)}},
+        "window": {
+            "slow": {"earliest": [40.0], "duration": 26.0},
+            "quick": {"earliest": [6.8], "duration": 4.35},
+        },
+        "spirals": {
+            "strain": {
+                "0": {"period": 34.0, "drift": 0.03, "silent": False},
+                "0.5": {"period": 40.0, "drift": 0.19, "silent": False},
+                "1": {"period": None, "drift": None, "silent": True},
+            }
+        },
+    }
+
+
+@pytest.mark.parametrize(
+    "path, value, claim",
+    [
+        (("free_difference",), 1e-17, "line"),
+        (("lines", "2", "middle"), 8.9, "line"),
+        (("quick", "strain in plane", "3", "silent"), 50.0, "pacemaker"),
+        (("quick", "strain", "3", "beats"), 1.2, "fibre"),
+        (("quick", "stress, held in plane", "2", "first_drive"), 0.04, "strain-and-stress"),
+        (("slow", "strain", "3", "beats"), 2.0, "aliev-panfilov"),
+        (("window", "slow", "earliest", 0), None, "window"),
+        (("spirals", "strain", "0.5", "drift"), 0.04, "spiral"),
+        (("spirals", "strain", "1", "silent"), False, "spiral"),
+        ((), None, None),
+    ],
+)
+def test_verdicts_on_feedback_follow_from_the_numbers(path, value, claim):
+    """Each claim fails when one of its numbers does, and no other with it."""
+    numbers = feedback_numbers()
+    if path:
+        *way, last = path
+        place = numbers
+        for key in way:
+            place = place[key]
+        place[last] = value
+    read = of_feedback(numbers)
+    failed = [n for n, one in claims("stretch-feedback").items() if judge(one, read[n]).kind != "agrees"]
+    assert failed == ([] if claim is None else [claim])

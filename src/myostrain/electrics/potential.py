@@ -268,6 +268,11 @@ class Potential:
         self.accept(time, keep=1)
 
     @property
+    def stretch_slope(self) -> Array:
+        """g (√C − 1)₊/span of all stretch currents, on the body that is seen now (nodes,), a rate."""
+        return self._stretch.slope
+
+    @property
     def isochoric(self) -> bool:
         """Whether J = 1 by construction, so that nothing is balanced but v itself."""
         return self._diffusion.isochoric

@@ -25,7 +25,9 @@ from matplotlib.figure import Figure
 
 #: Chapters on what the paper says, and groups of others, in the order of the page.
 _NAMES = ("springs", "fronts", "figure-1", "viscosity", "startup", "figure-2", "figure-3", "viscous-sheet")
-_GROUPS = {"open-questions": ("delay", "strain-and-stress", "ellipticity", "stretch-threshold")}
+_GROUPS = {
+    "open-questions": ("delay", "strain-and-stress", "ellipticity", "stretch-feedback", "stretch-threshold")
+}
 
 
 def names() -> list[str]:

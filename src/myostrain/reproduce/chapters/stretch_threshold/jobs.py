@@ -56,7 +56,7 @@ def jobs(quick: bool) -> dict[str, Job]:
             "reversal": 1.0,
             "span": 1.0,
             "step": 2 * given["step"] if quick else given["step"],
-            "tolerance": 5e-3 if quick else 1e-3,
+            "tolerance": 6e-3 if quick else 1e-3,
         }
         made[name] = Job("stretch_threshold.thresholds", parameters, 2.0 if quick else 15.0)
     for name, step in WITHOUT.items():
@@ -77,7 +77,7 @@ def jobs(quick: bool) -> dict[str, Job]:
                 "way": way,
                 "highest": HIGHEST[quick],
                 "end": 40.0,
-                "tolerance": 0.03 if quick else 3e-3,
+                "tolerance": 0.05 if quick else 3e-3,
             },
             2.5 if quick else 50.0,
         )
@@ -91,7 +91,7 @@ def jobs(quick: bool) -> dict[str, Job]:
             "diffusivity": 1.0,
             "highest": 4.0,
             "end": 40.0,
-            "tolerance": 0.04 if quick else 5e-3,
+            "tolerance": 0.06 if quick else 5e-3,
         },
         2.0 if quick else 60.0,
     )
