@@ -26,7 +26,14 @@ from matplotlib.figure import Figure
 #: Chapters on what the paper says, and groups of others, in the order of the page.
 _NAMES = ("springs", "fronts", "figure-1", "viscosity", "startup", "figure-2", "figure-3", "viscous-sheet")
 _GROUPS = {
-    "open-questions": ("delay", "strain-and-stress", "ellipticity", "stretch-feedback", "stretch-threshold")
+    "open-questions": (
+        "delay",
+        "human-pulse",
+        "strain-and-stress",
+        "ellipticity",
+        "stretch-feedback",
+        "stretch-threshold",
+    )
 }
 
 

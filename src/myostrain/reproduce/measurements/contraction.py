@@ -59,9 +59,8 @@ def course(
 
     Returns:
         Numbers: those of :func:`timing`, and with ``places`` those of :func:`pulse`. Arrays: ``times`` (m,),
-        ``excitation`` (m,), ``shortening`` (m,) of the place, ``calcium`` (m,) where there is one; of a line
-        with ``places``, when the front is at the place, ``X`` (n,), ``x`` (n,) and ``front`` (n,), the
-        excitation.
+        ``excitation`` (m,), ``shortening`` (m,), ``calcium`` (m,) if there is one; on a line ``X`` (n,),
+        the ``arrival`` (n,) of the front and the ``front_stretch`` (n,) there and then; NaN for never.
     """
     model = Case.from_dict(case).build()
     model.start()
@@ -78,8 +77,7 @@ def course(
     times, excitation, shortening = (arrays[name] for name in ("times", "excitation", "shortening"))
     numbers: dict[str, Any] = timing(times, excitation, shortening)
     if lines and places is not None:
-        arrays |= follow.front(numbers["upstroke"])
-        numbers |= pulse(arrays, follow.arrivals(places), places)
+        numbers |= pulse(arrays, places)
     return Found(numbers, arrays)
 
 
@@ -135,43 +133,59 @@ def _top(times: Array, values: Array) -> float:
     return float(times[i] - b / (2 * a)) if a < 0 else float(times[i])
 
 
-def pulse(
-    arrays: Mapping[str, Array], arrivals: Sequence[float | None], places: Sequence[float]
-) -> dict[str, float | None]:
-    """A pulse that travels steadily, from what passes one place.
+def pulse(arrays: Mapping[str, Array], places: Sequence[float]) -> dict[str, float | None]:
+    """A pulse that travels steadily, from what passes one place: then c ∂/∂X is −∂/∂t.
 
     Args:
-        arrays: ``times``, ``excitation``, ``shortening`` of the place; ``X``, ``x``, ``front`` of the line.
-        arrivals: When the front is at two places.
-        places: X of these.
+        arrays: ``times``, ``excitation``, ``shortening`` of the place; ``X`` and ``arrival`` of the line.
+        places: X of two places.
 
     Returns:
-        ``celerity`` in X; ``width_material``, ``width_spatial``, the lengths in X and x between upstroke and
-        downstroke at an excitation of a half, which are celerity times time in a steady pulse (each dt brings
-        dX = c dt of material, x′ dX of space); ``steepness_material`` and ``steepness_spatial``, the largest
-        falls of the excitation over X and x in the front. None where the pulse does not come or end.
+        ``celerity`` in X between them; ``width_material``, ``width_spatial``, the lengths in X and x between
+        upstroke and downstroke at an excitation of a half (each dt brings dX = c dt of material, x′ dX of
+        space); ``steepness_material``, ``steepness_spatial``, the largest slopes of the excitation over X and
+        x in the upstroke. None where the pulse does not come or end.
     """
     names = ("celerity", "width_material", "width_spatial", "steepness_material", "steepness_spatial")
     made: dict[str, float | None] = dict.fromkeys(names)
-    times, excitation = arrays["times"], arrays["excitation"]
+    times, excitation, stretch = arrays["times"], arrays["excitation"], 1 - arrays["shortening"]
     begin = first_rise(times, excitation, LEVEL)
-    if begin is None or None in arrivals:
+    first, second = np.interp(places, arrays["X"], arrays["arrival"])
+    if begin is None or not second - first > 0:
         return made
-    first, second = arrivals
-    assert first is not None
-    assert second is not None
-    celerity = (places[1] - places[0]) / (second - first)
-    falls = [-np.diff(arrays["front"]) / np.diff(arrays[name]) for name in ("X", "x")]
-    made |= {"celerity": celerity}
-    made |= {f"steepness_{of}": float(f.max()) for of, f in zip(("material", "spatial"), falls, strict=True)}
+    celerity = float((places[1] - places[0]) / (second - first))
+    rates = np.diff(excitation) / np.diff(times) / celerity
+    middle = (stretch[1:] + stretch[:-1]) / 2
+    made |= {
+        "celerity": celerity,
+        "steepness_material": float(rates.max()),
+        "steepness_spatial": float((rates / middle).max()),
+    }
     if (end := last_fall(times, excitation, LEVEL)) is not None:
-        stretch = 1 - arrays["shortening"]
-        passed = np.concatenate([[0.0], np.cumsum(np.diff(times) * (stretch[1:] + stretch[:-1]) / 2)])
+        passed = np.concatenate([[0.0], np.cumsum(np.diff(times) * middle)])
+        ends = np.interp([begin, end], times, passed)
         made["width_material"] = celerity * (end - begin)
-        made["width_spatial"] = celerity * float(
-            np.interp(end, times, passed) - np.interp(begin, times, passed)
-        )
+        made["width_spatial"] = celerity * float(ends[1] - ends[0])
     return made
+
+
+def arrivals(times: Array, excitation: Array, stretch: Array) -> tuple[Array, Array]:
+    """When places are first excited, and their stretch then, linear in time; NaN for never.
+
+    Args:
+        times: Times (m,), ascending.
+        excitation: Excitations (m, n).
+        stretch: Stretches (m, n).
+    """
+    rises = (excitation[:-1] < LEVEL) & (excitation[1:] >= LEVEL)
+    k, n = rises.argmax(axis=0), np.arange(excitation.shape[1])
+    before, after = excitation[k, n], excitation[k + 1, n]
+    share = np.where(
+        rises.any(axis=0), (LEVEL - before) / np.where(after > before, after - before, 1.0), np.nan
+    )
+    return times[k] + share * (times[k + 1] - times[k]), stretch[k, n] + share * (
+        stretch[k + 1, n] - stretch[k, n]
+    )
 
 
 class _OnLine:
@@ -198,26 +212,19 @@ class _OnLine:
             self._calcium.append(float(calcium[self._order[self._node]]))
 
     def arrays(self) -> dict[str, Array]:
-        """What the place has gone through; its stretch is that of the two cells that meet there."""
-        i, u = self._node, np.array(self._u)
-        stretch = 1 + (u[:, i + 1] - u[:, i - 1]) / (self._X[i + 1] - self._X[i - 1])
+        """What the place has gone through, and when the front passed; stretches are those of two cells."""
+        i, excitation = self._node, np.array(self._excitation)
+        stretch = 1 + np.gradient(np.array(self._u), self._X, axis=1)
+        arrival, there = arrivals(np.array(self._times), excitation, stretch)
         found = {
             "times": np.array(self._times),
-            "excitation": np.array(self._excitation)[:, i],
-            "shortening": 1 - stretch,
+            "excitation": excitation[:, i],
+            "shortening": 1 - stretch[:, i],
+            "X": self._X,
+            "arrival": arrival,
+            "front_stretch": there,
         }
         return found | ({"calcium": np.array(self._calcium)} if self._calcium else {})
-
-    def front(self, time: float | None) -> dict[str, Array]:
-        """The line at the sample next to a time."""
-        k = 0 if time is None else int(np.argmin(np.abs(np.array(self._times) - time)))
-        return {"X": self._X, "x": self._X + self._u[k], "front": self._excitation[k]}
-
-    def arrivals(self, places: Sequence[float]) -> list[float | None]:
-        """When the excitation rises through a half at the nodes next to some places."""
-        times, excitation = np.array(self._times), np.array(self._excitation)
-        nodes = [int(np.argmin(np.abs(self._X - place))) for place in places]
-        return [first_rise(times, excitation[:, node], LEVEL) for node in nodes]
 
 
 class _OnSheet:
