@@ -54,9 +54,13 @@ class History:
         self.values: list[npt.NDArray[np.float64]] = []
 
     def push(self, time: float) -> None:
-        """Keep the field's present value as that at ``time``, later than all kept ones."""
-        self.times = [time, *self.times[: self.depth - 1]]
-        self.values = [self._function.x.array.copy(), *self.values[: self.depth - 1]]
+        """Keep the field's present value as that at ``time``, no earlier than all kept ones.
+
+        It takes the place of one that is kept for the same time.
+        """
+        past = slice(1 if self.times[:1] == [time] else 0, None)
+        self.times = [time, *self.times[past]][: self.depth]
+        self.values = [self._function.x.array.copy(), *self.values[past]][: self.depth]
 
     def state(self) -> State:
         """Times and values; the arrays are never changed afterwards."""

@@ -167,3 +167,21 @@ def test_inverted_line_is_an_error(gamma, parts):
     mechanics.activation.x.array[:] = gamma
     with pytest.raises(ms.ComputationError):
         mechanics.solve(1.0)
+
+
+def test_accepting_what_a_start_has_accepted_changes_nothing():
+    """Mechanics.accept right after start, which accepts itself: the next step is what it is without."""
+    found = []
+    for twice in (False, True):
+        mechanics = make()
+        mechanics.activation.x.array[:] = -0.1
+        mechanics.start()
+        if twice:
+            mechanics.accept(0.0)
+        mechanics.activation.x.array[:] = -0.2
+        mechanics.solve(0.1)
+        mechanics.accept(0.1)
+        mechanics.hand_over(0.2, order=1)
+        found.append(mechanics.handed.u.x.array.copy())
+    np.testing.assert_array_equal(found[1], found[0])
+    assert np.isfinite(found[0]).all()

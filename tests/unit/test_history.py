@@ -110,3 +110,17 @@ def test_history_of_one_value_gives_that_value(field):
     history.push(0.0)
     history.extrapolate(1.0, 2, out)
     np.testing.assert_array_equal(out, 3.0)
+
+
+def test_a_value_of_the_same_time_takes_the_place_of_the_kept_one():
+    """History.push: "It takes the place of one that is kept for the same time"."""
+    body = ms.build(ms.geometry.Line(length=1.0, spacing=1.0))
+    field = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1)))
+    kept = History(field, depth=2)
+    for time, value in ((0.0, 1.0), (0.0, 2.0), (0.5, 3.0), (0.5, 4.0)):
+        field.x.array[:] = value
+        kept.push(time)
+    assert kept.times == [0.5, 0.0]
+    assert [values[0] for values in kept.values] == [4.0, 2.0]
+    kept.extrapolate(1.0, 1, field.x.array)
+    assert np.all(field.x.array == 6.0)
