@@ -17,7 +17,7 @@ from picture_tools import bump, check_pictures, finish, names, pixels, share
 from snapshot_files import frame, write_snapshots
 
 LINE = ["potential.png", "evolution.png", "space-time.png"]
-SHEET = ["potential.png", "stress.png", "activation.png", "animation.gif"]
+SHEET = ["potential.png", "stress.png", "activation-times.png", "animation.gif"]
 
 
 def line(folder, speed, *, moves=True, frames=7, length=100):
@@ -154,9 +154,9 @@ def test_film(tmp_path):
     "missing, expected",
     [
         (("activation_time",), ["potential.png", "stress.png", "animation.gif"]),
-        (("stress_trace",), ["potential.png", "activation.png", "animation.gif"]),
+        (("stress_trace",), ["potential.png", "activation-times.png", "animation.gif"]),
         (("displacement",), SHEET),
-        (("potential",), ["stress.png", "activation.png"]),
+        (("potential",), ["stress.png", "activation-times.png"]),
         (("potential", "displacement", "stress_trace", "activation_time"), []),
     ],
 )
@@ -169,7 +169,7 @@ def test_missing_fields(tmp_path, missing, expected):
 
 def test_single_frame_gives_no_film(tmp_path):
     sheet(tmp_path, n=5, frames=1)
-    assert names(draw(tmp_path)) == ["potential.png", "stress.png", "activation.png"]
+    assert names(draw(tmp_path)) == ["potential.png", "stress.png", "activation-times.png"]
 
 
 @pytest.mark.parametrize("times", [np.nan, 0.5])
@@ -367,7 +367,7 @@ def test_maps_tips_and_electrodes(tmp_path):
     ecg = np.column_stack([t, np.sin(t), np.cos(t)])
     np.savetxt(tmp_path / "ecg.csv", ecg, delimiter=",", header="time,V1,V2", comments="")
     written = draw(tmp_path)
-    maps = ["activation.png", "apd90.png", "conduction-velocity.png"]
+    maps = ["activation-times.png", "apd90.png", "conduction-velocity.png"]
     expected = ["potential.png", "stress.png", *maps, "animation.gif", "tip.png", "probes.png", "ecg.png"]
     assert names(written) == expected
     check_pictures([path for path in written if path.name != "conduction-velocity.png"])  # of one colour

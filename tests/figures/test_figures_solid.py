@@ -23,7 +23,14 @@ from snapshot_files import write_snapshots
 
 rendered = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
 
-ALL = ["potential.png", "displacement.png", "stress.png", "activation.png", "fibres.png", "animation.gif"]
+ALL = [
+    "potential.png",
+    "displacement.png",
+    "stress.png",
+    "activation-times.png",
+    "fibres.png",
+    "animation.gif",
+]
 
 
 def box(counts=(5, 3, 2), size=(10.0, 6.0, 2.0)):
@@ -240,7 +247,10 @@ def test_static_case_shows_displacement(tmp_path):
 @pytest.mark.parametrize(
     "missing, expected",
     [
-        (("displacement", "stress_trace", "fibres"), ["potential.png", "activation.png", "animation.gif"]),
+        (
+            ("displacement", "stress_trace", "fibres"),
+            ["potential.png", "activation-times.png", "animation.gif"],
+        ),
         (("potential", "displacement", "activation_time", "fibres"), ["stress.png"]),
         (("potential", "displacement", "stress_trace", "activation_time", "fibres"), []),
     ],

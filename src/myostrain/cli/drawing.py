@@ -12,15 +12,39 @@ import typer
 
 
 @app.command()
-def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")]) -> None:
-    """Draw the pictures of a result folder again."""
+def plot(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")],
+    formats: Annotated[
+        str, typer.Option("--format", metavar="F,F", help="png, pdf, svg: each picture in all of them.")
+    ] = "png",
+    dpi: Annotated[int, typer.Option("--dpi", metavar="N", help="Dots per inch.")] = 150,
+    times: Annotated[
+        str, typer.Option("--times", metavar="T,T", help="Simulated times at which fields are shown.")
+    ] = "",
+    fields: Annotated[
+        str,
+        typer.Option("--fields", metavar="F,F", help="What to draw, such as potential,stress."),
+    ] = "",
+) -> None:
+    """Draw the pictures of a result folder again, all or chosen ones, for the screen or a paper."""
+    from myostrain.output.figures.choice import Choice
     from myostrain.output.figures.draw import draw
     from myostrain.output.folder import check_path
 
     check_path(folder, "DIR")
+    try:
+        moments = [float(time) for time in _parts(times)]
+    except ValueError:
+        raise InputError(f"'{times}': give numbers with commas between, such as 0.5,1.5", "--times") from None
+    wanted = Choice(_parts(formats), dpi, moments, _parts(fields))
     with _warnings_shown(True):
-        for path in draw(folder):
+        for path in draw(folder, wanted):
             typer.echo(str(path))
+
+
+def _parts(text: str) -> list[str]:
+    """What commas separate."""
+    return [part.strip() for part in text.split(",") if part.strip()]
 
 
 @app.command()

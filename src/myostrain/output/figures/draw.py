@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from myostrain.errors import InputError, nearest
+from myostrain.output.figures.choice import Choice, choice, choosing
 from myostrain.output.figures.codes import draw_codes
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.line import draw_line
 from myostrain.output.figures.loops import draw_loops
+from myostrain.output.figures.maps import nodal_maps
 from myostrain.output.figures.published import draw_benchmark
 from myostrain.output.figures.sheet import draw_sheet
+from myostrain.output.figures.shown import PICTURES
 from myostrain.output.figures.solid import draw_solid
 from myostrain.output.figures.style import COLOURS, GREY, SEQUENTIAL, new_figure, plain, save, style
 from myostrain.output.figures.tips import draw_tips
@@ -20,24 +24,27 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib import colormaps
 
+#: Pictures that are of no field of the frames.
+OTHERS = ("animation", "ecg", "evolution", "fibres", "loops", "maps", "probes", "space-time", "tip")
+
 Array = npt.NDArray[np.float64]
 
 
-def draw(folder: Path) -> list[Path]:
-    """Draw everything a result folder is about into ``folder/figures``.
+def draw(folder: Path, wanted: Choice | None = None) -> list[Path]:
+    """Draw what is wanted; by default everything a result folder is about into ``folder/figures``.
 
     A line gives ``potential.png``, ``evolution.png``, ``space-time.png``, with the rigid twin in
     ``folder/rigid`` beside it if there is one, and ``maps.png``; a sheet gives ``potential.png``,
-    ``stress.png``, ``activation.png``, ``apd90.png``, ``conduction-velocity.png``, ``animation.gif``, and
-    ``tip.png`` of a spiral; a solid these, ``displacement.png`` and ``fibres.png``, if PyVista is there;
-    cavities ``loop.png`` and ``cavities.png``;
-    probes of any body give ``probes.png``, electrodes ``ecg.png``, published numbers to compare with
-    ``land.png``, published activation times ``published.png``.
+    ``stress.png``, ``activation-times.png``, ``apd90.png``, ``conduction-velocity.png``, ``animation.gif``,
+    and ``tip.png`` of a spiral; a solid these, ``displacement.png`` and ``fibres.png``, if PyVista is there;
+    cavities ``loop.png`` and ``cavities.png``; probes of any body give ``probes.png``, electrodes
+    ``ecg.png``, published numbers to compare with ``land.png``, published activation times ``published.png``.
     What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are
     replaced.
 
     Args:
         folder: The result folder of a run.
+        wanted: Formats, resolution, times and fields. A field that was recorded is a picture of its own.
 
     Returns:
         The files written, in the order above; empty if the run ended before its first frame.
@@ -46,8 +53,21 @@ def draw(folder: Path) -> list[Path]:
         InputError: The folder holds no snapshots, a file in it cannot be read, or nothing can be
             written into it.
     """
-    folder = Path(folder)
+    folder, wanted = Path(folder), wanted or Choice()
+    with choosing(wanted):
+        written = _draw(folder)
+    formats = [f".{name}" for name in wanted.formats]
+    return [
+        path.with_suffix(suffix)
+        for path in written
+        for suffix in (formats if path.suffix == ".png" else [path.suffix])
+    ]
+
+
+def _draw(folder: Path) -> list[Path]:
     run = Recording(folder)
+    wants = choice().wants
+    _check_fields(run)
     rigid = folder / "rigid"
     twin = Recording(rigid) if (rigid / "snapshots" / "mesh.npz").is_file() else None
     figures = folder / "figures"
@@ -59,21 +79,33 @@ def draw(folder: Path) -> list[Path]:
             written += draw_line(run, twin, figures)
         elif len(run.time) and run.dim == 2:
             written += draw_sheet(run, figures)
-            written += draw_tips(run, twin, figures / "tip.png")
+            written += draw_tips(run, twin, figures / "tip.png") if wants("tip") else []
         elif len(run.time) and run.dim == 3:
             written += draw_solid(run, figures)
-        written += draw_loops(run, figures)
+        if wants("loops"):
+            written += draw_loops(run, figures)
         times, histories = run.probe_histories("potential")
         label = run.label("$v$", "potential")
-        written += _signals(run, times, histories, label, run.rest, figures / "probes.png")
+        if wants("probes"):
+            written += _signals(run, times, histories, label, run.rest, figures / "probes.png")
         leads = run.table("ecg.csv")
         times, label = leads.pop("time", np.empty(0)), "$\\varphi$ over $\\sigma / \\sigma_e$"
         if run.dim == 3:
             label = run.label(label, "potential")
-        written += _signals(run, times, leads, label, 0.0, figures / "ecg.png")
-    if not run.results:
+        if wants("ecg"):
+            written += _signals(run, times, leads, label, 0.0, figures / "ecg.png")
+    if not run.results or choice().fields:
         return written
     return [*written, *draw_benchmark(folder, run.results), *draw_codes(folder, run.results)]
+
+
+def _check_fields(run: Recording) -> None:
+    """Refuse what cannot be drawn."""
+    maps = [each.name for each in nodal_maps(run)]
+    known = {*run.snapshots.names, *PICTURES, *maps, *OTHERS}
+    for name in choice().fields:
+        if name not in known:
+            raise InputError(f"there is no '{name}' to draw; {nearest(name, known)}", "--fields")
 
 
 def _signals(

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from myostrain.output.figures.choice import choice
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.maps import draw_line_maps
+from myostrain.output.figures.shown import colours, shown_fields
 from myostrain.output.figures.style import (
     BLUE,
     GREY,
@@ -116,11 +118,18 @@ def draw_line(recording: Recording, twin: Recording | None, folder: Path) -> lis
         return []
     if twin is not None and not (twin.dim == 1 and twin.has("potential")):
         twin = None
-    written = [_pulse(recording, twin, folder / "potential.png")]
+    wants, written = choice().wants, []
+    if wants("potential"):
+        written.append(_pulse(recording, twin, folder / "potential.png"))
     if len(recording.time) > 1:
-        written.append(_evolution(recording, folder / "evolution.png"))
-        written.append(_space_time(recording, twin, folder / "space-time.png"))
-    return written + draw_line_maps(recording, folder / "maps.png")
+        if wants("evolution"):
+            written.append(_evolution(recording, "potential", folder / "evolution.png"))
+        if wants("space-time"):
+            written.append(_space_time(recording, twin, folder / "space-time.png"))
+    for name, field in shown_fields(recording, ()).items():
+        if field != "potential":
+            written.append(_evolution(recording, field, folder / f"{name}.png"))
+    return written + (draw_line_maps(recording, folder / "maps.png") if wants("maps") else [])
 
 
 def _pulse(recording: Recording, twin: Recording | None, path: Path) -> Path:
@@ -174,7 +183,7 @@ def _scaled(recording: Recording) -> bool:
 
 def _over(run: Recording, frame: int, coordinates: Array, name: str = "potential") -> tuple[Array, ...]:
     """Abscissae and values of one curve; the nodes are sorted by X, so that a fold of x would show."""
-    _, x, values = sorted_line(run.points[:, 0], coordinates[:, 0], run.field(name, frame))
+    _, x, values = sorted_line(run.points[:, 0], coordinates[:, 0], run.field(name, frame).reshape(-1))
     return x, values
 
 
@@ -213,19 +222,22 @@ def _write_table(panel: Any, rows: list[list[str]], lines: list[dict[str, Any]])
             panel.text(column, 1 - (i + 0.5) * step, text, ha="right", va="center")
 
 
-def _evolution(recording: Recording, path: Path, count: int = 6) -> Path:
-    """v over x at a few times: the paper's figure 2."""
-    frames = telling_frames(recording.history("potential"), count)
+def _evolution(recording: Recording, field: str, path: Path, count: int = 6) -> Path:
+    """A field over x at a few times; of v the paper's figure 2."""
+    frames = recording.chosen_frames(telling_frames(recording.history("potential"), count))
     figure = new_figure(7.2, 3.6, recording.title)
     panel = figure.add_subplot()
-    colours = colormaps[SEQUENTIAL](np.linspace(0.0, 0.9, len(frames)))
-    for frame, colour in zip(frames, colours, strict=True):
+    hues = colormaps[SEQUENTIAL](np.linspace(0.0, 0.9, len(frames)))
+    for frame, colour in zip(frames, hues, strict=True):
         panel.plot(
-            *_over(recording, frame, recording.deformed(frame)),
+            *_over(recording, frame, recording.deformed(frame), field),
             color=colour,
             label=recording.when(frame),
         )
     _axes(panel, recording, "spatial $x$" if recording.has("displacement") else "$X$")
+    if field != "potential":
+        _, _, label = colours(recording, field, np.zeros(1))
+        panel.set_ylabel(recording.label("displacement $u$", "length") if field == "displacement" else label)
     panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return save(figure, path)
 

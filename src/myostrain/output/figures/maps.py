@@ -56,13 +56,13 @@ def band_levels(values: Array, count: int = 12) -> Array:
 
 
 def nodal_maps(recording: Recording) -> list[NodalMap]:
-    """The maps of a run, those with something to see: ``activation``, ``apd90``, ``conduction-velocity``."""
+    """The maps of a run with something to see: ``activation-times``, ``apd90``, ``conduction-velocity``."""
     times = recording.activation()
     found: list[NodalMap] = []
     if times is None:
         return found
     label = recording.label("activation time", "time")
-    found.append(NodalMap("activation", times, band_levels(times), label, "not activated"))
+    found.append(NodalMap("activation-times", times, band_levels(times), label, "not activated"))
     for percent, values in recording.durations().items():
         label = recording.label(f"APD{percent}", "time")
         found.append(NodalMap(f"apd{percent}", values, _levels(values), label, "no beat has ended"))
@@ -97,7 +97,7 @@ def draw_line_maps(recording: Recording, path: Path) -> list[Path]:
         panel.plot(recording.points[order, 0], each.values[order], color=BLUE)
         panel.set_ylabel(each.label)
         panel.margins(x=0)
-        if each.name != "activation":
+        if each.name != "activation-times":
             panel.set_ylim(each.levels[0], each.levels[-1])
     panels[-1].set_xlabel(recording.label("material $X$", "length"))
     figure.align_ylabels()

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from myostrain.output.figures.choice import choice
 from myostrain.output.figures.scene import Scene, View
-from myostrain.output.figures.style import DPI, new_figure
+from myostrain.output.figures.style import new_figure
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +32,7 @@ def _layout(count: int, wide: bool) -> tuple[int, float, float]:
     return (2, 4.4, 3.0) if wide else (3, 2.9, 3.4)
 
 
-def scale(views: Sequence[View], places: Array, count: int, dpi: int = DPI) -> tuple[int, float]:
+def scale(views: Sequence[View], places: Array, count: int, dpi: int | None = None) -> tuple[int, float]:
     """How many of some panels go side by side, and how long a pixel of all of them is.
 
     Args:
@@ -42,7 +43,7 @@ def scale(views: Sequence[View], places: Array, count: int, dpi: int = DPI) -> t
     """
     extents = np.max([view.frame(places)[1] for view in views], axis=0)
     columns, width, height = _layout(count, extents[0] > 1.3 * extents[1])
-    return columns, float(max(extents[0] / width, extents[1] / height)) / dpi
+    return columns, float(max(extents[0] / width, extents[1] / height)) / (dpi or choice().dpi)
 
 
 class Page:
@@ -56,7 +57,10 @@ class Page:
         dpi: Dots per inch.
     """
 
-    def __init__(self, title: str, unit: str, scenes: Sequence[Scene], columns: int, dpi: int = DPI) -> None:
+    def __init__(
+        self, title: str, unit: str, scenes: Sequence[Scene], columns: int, dpi: int | None = None
+    ) -> None:
+        dpi = dpi or choice().dpi
         self._unit, self._dpi = unit, dpi
         columns = min(columns, len(scenes))
         rows = -(-len(scenes) // columns)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from myostrain.output.figures.choice import choice
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.maps import NodalMap, nodal_maps
 from myostrain.output.figures.raster import interpolated
+from myostrain.output.figures.shown import colours, scalar, shown_fields
 from myostrain.output.figures.style import (
-    DIVERGING,
-    DPI,
     GREY,
     SEQUENTIAL,
     extend,
@@ -18,7 +18,6 @@ from myostrain.output.figures.style import (
     plain,
     save,
     save_film,
-    symmetric_range,
 )
 
 import numpy as np
@@ -58,7 +57,7 @@ def film_frames(count: int, most: int = FRAMES) -> list[int]:
 
 
 def draw_sheet(recording: Recording, folder: Path) -> list[Path]:
-    """Draw ``potential.png``, ``stress.png``, maps such as ``activation.png``, ``animation.gif`` of a sheet.
+    """Draw ``potential.png``, ``stress.png``, maps such as ``apd90.png``, ``animation.gif`` of a sheet.
 
     Args:
         recording: The run, with at least one frame.
@@ -68,23 +67,19 @@ def draw_sheet(recording: Recording, folder: Path) -> list[Path]:
         The files written: those for which the fields were recorded.
     """
     written = []
-    if recording.has("potential"):
-        v = recording.field("potential")
-        colours = {"cmap": SEQUENTIAL, "norm": Normalize(*recording.potential_range(v))}
-        label = recording.label("potential $v$", "potential")
-        written.append(_still(recording, v, label, colours, folder / "potential.png"))
-    if recording.has("stress_trace"):
-        trace = recording.field("stress_trace")
-        colours = {"cmap": DIVERGING, "norm": Normalize(*symmetric_range(trace))}
-        label = recording.label("trace of the Cauchy stress", "stress")
-        written.append(_still(recording, trace, label, colours, folder / "stress.png"))
-    written += [_map(recording, each, folder / f"{each.name}.png") for each in nodal_maps(recording)]
-    if recording.has("potential") and len(recording.time) > 1:
+    frames = recording.chosen_frames([len(recording.time) - 1])
+    for name, field in shown_fields(recording, ("potential", "stress")).items():
+        written.append(_stills(recording, field, frames, folder / f"{name}.png"))
+    maps = [each for each in nodal_maps(recording) if choice().wants(each.name)]
+    written += [_map(recording, each, folder / f"{each.name}.png") for each in maps]
+    if recording.has("potential") and len(recording.time) > 1 and choice().films:
         written.append(_film(recording, folder / "animation.gif"))
     return written
 
 
-def _page(recording: Recording, places: Array, *, deformed: bool, dpi: int = DPI) -> tuple[Figure, Any]:
+def _page(
+    recording: Recording, places: Array, *, deformed: bool, dpi: int | None = None
+) -> tuple[Figure, Any]:
     """A figure whose one panel has equal axes and fits the places (n, 2)."""
     low, high = places.min(axis=0), places.max(axis=0)
     low, high = low - 0.04 * (high - low).max(), high + 0.04 * (high - low).max()
@@ -112,19 +107,55 @@ def _bar(figure: Figure, panel: Any, mappable: Any, label: str, **options: Any) 
     bar.outline.set_visible(False)
 
 
-def _still(recording: Recording, values: Array, label: str, colours: dict[str, Any], path: Path) -> Path:
-    """Nodal values on the deformed body at the last frame, with the outline of the reference body."""
-    x, edges = recording.deformed(), boundary_edges(recording.cells)
-    figure, panel = _page(recording, np.concatenate([recording.points, x]), deformed=True)
-    if recording.has("displacement"):
-        panel.add_collection(_outline(recording.points, edges, GREY, zorder=1))
-    image = panel.tripcolor(
-        Triangulation(*x.T, recording.cells), values, shading="gouraud", zorder=2, **colours
-    )
-    panel.add_collection(_outline(x, edges, "black"))
-    panel.set_title(recording.when(-1))
-    _bar(figure, panel, image, label, extend=extend(colours["norm"], values))
+def _stills(recording: Recording, field: str, frames: list[int], path: Path) -> Path:
+    """A field on the deformed body at some frames, with the outline of the reference body."""
+    values = [scalar(recording.field(field, frame)) for frame in frames]
+    bodies = [recording.deformed(frame) for frame in frames]
+    edges = boundary_edges(recording.cells)
+    cmap, norm, label = colours(recording, field, np.concatenate(values))
+    places = np.concatenate([recording.points, *bodies])
+    if len(frames) == 1:
+        figure, panel = _page(recording, places, deformed=True)
+        panels = [panel]
+    else:
+        figure, panels = _panels(recording, places, len(frames))
+    for panel, frame, x, v in zip(panels, frames, bodies, values, strict=True):
+        if recording.has("displacement"):
+            panel.add_collection(_outline(recording.points, edges, GREY, zorder=1))
+        body = Triangulation(*x.T, recording.cells)
+        image = panel.tripcolor(body, v, shading="gouraud", zorder=2, cmap=cmap, norm=norm, rasterized=True)
+        panel.add_collection(_outline(x, edges, "black"))
+        panel.set_title(recording.when(frame))
+    extended = extend(norm, np.concatenate(values))
+    if len(frames) == 1:
+        _bar(figure, panels[0], image, label, extend=extended)
+    else:
+        bar = figure.colorbar(image, ax=panels, location="bottom", shrink=0.5, aspect=35, extend=extended)
+        bar.set_label(label)
+        bar.outline.set_visible(False)
     return save(figure, path)
+
+
+def _panels(recording: Recording, places: Array, count: int) -> tuple[Figure, list[Any]]:
+    """A figure with equal panels side by side, in as many rows as it takes."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    low, high = low - 0.04 * (high - low).max(), high + 0.04 * (high - low).max()
+    width, height = np.maximum(3.0 * (high - low) / (high - low).max(), 0.8)
+    columns = min(count, max(1, int(9.0 / width)))
+    rows = -(-count // columns)
+    figure = new_figure(
+        columns * (width + 0.25) + 0.6, rows * (height + 0.45) + 1.4, recording.title, compress=True
+    )
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for panel in grid.reshape(-1):
+        panel.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    for panel in grid[-1]:
+        panel.set_xlabel(recording.label("$x$", "length"))
+    for panel in grid[:, 0]:
+        panel.set_ylabel(recording.label("$y$", "length"))
+    for panel in grid.reshape(-1)[count:]:
+        panel.axis("off")
+    return figure, list(grid.reshape(-1)[:count])
 
 
 def _map(recording: Recording, shown: NodalMap, path: Path) -> Path:
@@ -180,7 +211,7 @@ def _film(recording: Recording, path: Path) -> Path:
     still = canvas.copy_from_bbox(figure.bbox)
     page = np.asarray(canvas.buffer_rgba())
     height, width, _ = page.shape
-    colours = ScalarMappable(norm, SEQUENTIAL)
+    mapped = ScalarMappable(norm, SEQUENTIAL)
     outline = panel.add_collection(_outline(recording.points, edges, "black"), autolim=False)
     palette, images = _palette(), []
     for frame in frames:
@@ -188,7 +219,7 @@ def _film(recording: Recording, path: Path) -> Path:
         x = recording.deformed(frame)
         places = panel.transData.transform(x) * [1, -1] + [0, height]
         pixels, v = interpolated(places, recording.cells, recording.field("potential", frame), width, height)
-        page.reshape(-1, 4)[pixels] = colours.to_rgba(v, bytes=True)
+        page.reshape(-1, 4)[pixels] = mapped.to_rgba(v, bytes=True)
         outline.set_segments(x[edges])
         clock.set_text(recording.when(frame))
         panel.draw_artist(outline)
@@ -201,8 +232,8 @@ def _film(recording: Recording, path: Path) -> Path:
 
 def _palette() -> Image.Image:
     """The colours of a film: the map's and greys, so that no frame chooses its own and nothing flickers."""
-    colours = ScalarMappable(Normalize(0, 1), SEQUENTIAL).to_rgba(np.linspace(0, 1, 232), bytes=True)[:, :3]
+    hues = ScalarMappable(Normalize(0, 1), SEQUENTIAL).to_rgba(np.linspace(0, 1, 232), bytes=True)[:, :3]
     greys = np.repeat(np.linspace(0, 255, 24).round().astype(np.uint8)[:, None], 3, axis=1)
     palette = Image.new("P", (1, 1))
-    palette.putpalette(np.concatenate([colours, greys]).tobytes())
+    palette.putpalette(np.concatenate([hues, greys]).tobytes())
     return palette

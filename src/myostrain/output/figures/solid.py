@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from myostrain.output.figures.choice import choice
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.fibres import draw_recorded_fibres
 from myostrain.output.figures.line import telling_frames
@@ -14,15 +15,13 @@ from myostrain.output.figures.maps import NodalMap, nodal_maps
 from myostrain.output.figures.page import Page, scale
 from myostrain.output.figures.scene import BARE, Look, Scene, looks, why_not
 from myostrain.output.figures.sheet import FILM_DPI, PACE, REST, film_frames
+from myostrain.output.figures.shown import colours, shown_fields
 from myostrain.output.figures.style import (
-    DIVERGING,
-    DPI,
     SEQUENTIAL,
     extend,
     plain,
     save,
     save_film,
-    symmetric_range,
 )
 
 import numpy as np
@@ -47,10 +46,11 @@ UNIFORM = 1e-3
 def draw_solid(recording: Recording, folder: Path) -> list[Path]:
     """Draw the pictures of a solid: on the deformed body, with the outline of the reference body.
 
-    ``potential.png``, ``displacement.png`` and ``stress.png`` show it at several times, ``activation.png``
-    the activation times on the reference body from two sides, ``fibres.png`` the fibres, and
-    ``animation.gif`` the potential over time. Where the potential is the same everywhere, as in a benchmark
-    of mechanics, its picture is left out, and the film shows the displacement. Ventricles are cut open.
+    ``potential.png``, ``displacement.png`` and ``stress.png`` show it at several times,
+    ``activation-times.png`` the activation times on the reference body from two sides, ``fibres.png`` the
+    fibres, and ``animation.gif`` the potential over time. Where the potential is the same everywhere, as
+    in a benchmark of mechanics, its picture is left out, and the film shows the displacement. Ventricles are
+    cut open.
 
     Where PyVista is not installed, or cannot draw, a warning is logged and nothing is drawn.
 
@@ -73,7 +73,7 @@ class _Solid:
     def __init__(self, recording: Recording, folder: Path) -> None:
         self.recording, self.folder = recording, folder
         self.looks = looks(recording.points, recording.cells)
-        self.film = film_frames(len(recording.time))
+        self.film = recording.chosen_frames(film_frames(len(recording.time)))
         # All at the corners of the surface only: the inside of a fine body would fill the memory.
         self.seen = self.looks[0].surface
         self.moves = recording.has("displacement")
@@ -90,7 +90,9 @@ class _Solid:
         telling = self.size if self.potential is None else self.potential
         count = min(PANELS, len(self.film))
         self.times = (
-            telling_frames(telling, count) if len(telling) == len(self.film) else [len(self.film) - 1]
+            list(range(len(self.film)))
+            if choice().times
+            else (telling_frames(telling, count) if len(telling) == len(self.film) else [len(self.film) - 1])
         )
 
     def _history(self, name: str, times: Sequence[int] | None = None) -> Array:
@@ -101,36 +103,35 @@ class _Solid:
     def draw(self) -> list[Path]:
         """Draw all that the recording has the fields for."""
         recording, written = self.recording, []
-        shown: list[tuple[str, Array, str, Normalize, str]] = []
-        if self.potential is not None:
-            norm = Normalize(*recording.potential_range(self.potential))
-            label = recording.label("potential $v$", "potential")
-            shown.append(("potential", self.potential, SEQUENTIAL, norm, label))
-        if self.size.max() > 0:
-            label = recording.label("displacement $|u|$", "length")
-            shown.append(("displacement", self.size, SEQUENTIAL, Normalize(0.0, self.size.max()), label))
-        if recording.has("stress_trace"):
-            trace = self._history("stress_trace", self.times)
-            norm = Normalize(*symmetric_range(trace))
-            label = recording.label("trace of the Cauchy stress", "stress")
-            shown.append(("stress", trace, DIVERGING, norm, label))
-        for name, values, cmap, norm, label in shown:
-            some = values if name == "stress" else values[self.times]
-            written.append(self._times(some, cmap, norm, label, self.folder / f"{name}.png"))
+        filmed: tuple[str, Array] | None = None
+        for name, field in shown_fields(recording, ("potential", "displacement", "stress")).items():
+            whole = {"potential": self.potential, "displacement": self.size}.get(field)
+            if field in ("potential", "displacement"):
+                if whole is None or (field == "displacement" and not whole.max() > 0):
+                    continue
+                filmed = filmed or (field, whole)
+                values, scaled = whole[self.times], whole
+            else:
+                values = scaled = self._history(field, self.times)
+            path = self.folder / f"{name}.png"
+            written.append(self._times(values, *colours(recording, field, scaled), path))
         if self.wave:
-            maps = nodal_maps(recording)
+            maps = [each for each in nodal_maps(recording) if choice().wants(each.name)]
             written += [self._map(each, self.folder / f"{each.name}.png") for each in maps]
-        if recording.fibres is not None:
+        if recording.fibres is not None and choice().wants("fibres"):
             written.append(draw_recorded_fibres(recording, self.folder / "fibres.png"))
-        if len(self.film) > 1 and shown and shown[0][0] != "stress":
-            written.append(self._film(*shown[0][1:], self.folder / "animation.gif"))
+        if len(self.film) > 1 and filmed is not None and choice().films:
+            field, values = filmed
+            written.append(
+                self._film(values, *colours(recording, field, values), self.folder / "animation.gif")
+            )
         return written
 
     def _scene(self, look: Look, pixel: float, finer: int = 2) -> Scene:
         X = self.recording.points
         return Scene(look, X, self.places, pixel, reference=self.moves, finer=finer)
 
-    def _page(self, scenes: Sequence[Scene], columns: int, dpi: int = DPI) -> Page:
+    def _page(self, scenes: Sequence[Scene], columns: int, dpi: int | None = None) -> Page:
         return Page(self.recording.title, self.recording.unit("length"), scenes, columns, dpi)
 
     def _times(self, values: Array, cmap: str, norm: Normalize, label: str, path: Path) -> Path:
@@ -155,15 +156,15 @@ class _Solid:
         columns, pixel = scale([look.view for look in self.looks], X, len(self.looks))
         scenes = [Scene(look, X, X, pixel) for look in self.looks]
         page = self._page(scenes, columns)
-        colours = colormaps[SEQUENTIAL].resampled(len(levels) - 1)
+        bands = colormaps[SEQUENTIAL].resampled(len(levels) - 1)
         for number, scene in enumerate(scenes):
-            scene.isochrones(scene.look.surface.at(shown.values), levels, colours)
+            scene.isochrones(scene.look.surface.at(shown.values), levels, bands)
             panel = page.panel(number, scene.image(), scene.look.name)
             scene.close()
             page.axes(scene, right=number == 1)
             if number == 0:
                 _mark(panel, scene, recording.probes)
-        page.bar(BoundaryNorm(levels, colours.N), colours, shown.label)
+        page.bar(BoundaryNorm(levels, bands.N), bands, shown.label)
         if np.isnan(shown.values).any():
             page.note(BARE, shown.missing)
         return save(page.figure, path)

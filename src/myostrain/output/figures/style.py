@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from myostrain.output.figures.choice import choice
 from myostrain.output.folder import write_atomically, writing
 
 import matplotlib.style
@@ -19,8 +20,6 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from PIL import Image
 
-#: Dots per inch of the still pictures.
-DPI = 150
 #: Colours that people with any colour vision tell apart (Okabe and Ito 2008), dark ones first.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
@@ -63,7 +62,7 @@ def style() -> Iterator[None]:
 
 
 def new_figure(
-    width: float, height: float, title: str = "", *, dpi: int = DPI, compress: bool = False
+    width: float, height: float, title: str = "", *, dpi: int | None = None, compress: bool = False
 ) -> Figure:
     """An empty figure that draws without a screen.
 
@@ -71,11 +70,11 @@ def new_figure(
         width: Width in inches.
         height: Height in inches.
         title: Its title, taken literally and broken into lines that fit.
-        dpi: Dots per inch.
+        dpi: Dots per inch; those of :func:`~myostrain.output.figures.choice.choice` by default.
         compress: Whether to leave no gaps beside panels of fixed proportions.
     """
     layout = ConstrainedLayoutEngine(compress=compress, w_pad=0.08, h_pad=0.06)
-    figure = Figure(figsize=(width, height), dpi=dpi, layout=layout)
+    figure = Figure(figsize=(width, height), dpi=dpi or choice().dpi, layout=layout)
     FigureCanvasAgg(figure)
     if title:
         figure.suptitle(textwrap.fill(plain(title), max(20, int(11 * width))))
@@ -84,6 +83,8 @@ def new_figure(
 
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure, the whole page and nothing cropped.
+
+    A PNG is written in each format of :func:`~myostrain.output.figures.choice.choice`, beside each other.
 
     Args:
         figure: The figure.
@@ -95,10 +96,11 @@ def save(figure: Figure, path: Path) -> Path:
     Raises:
         InputError: It cannot be written.
     """
-    content = io.BytesIO()
-    figure.savefig(content, dpi=DPI, format=path.suffix.removeprefix(".") or "png")
-    with writing(path):
-        write_atomically(path, content.getvalue())
+    for each in [path.with_suffix(f".{f}") for f in choice().formats] if path.suffix == ".png" else [path]:
+        content = io.BytesIO()
+        figure.savefig(content, dpi=choice().dpi, format=each.suffix.removeprefix(".") or "png")
+        with writing(each):
+            write_atomically(each, content.getvalue())
     return path
 
 
