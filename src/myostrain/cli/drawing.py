@@ -85,3 +85,24 @@ def material(
     override(values, overrides or [])
     made = make(MATERIALS[name], values, "material")
     typer.echo(str(draw_material(made, out or Path(f"{name}.png"), unit=unit)))
+
+
+@app.command()
+def view(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE.html", help="The page; DIR/view.html by default.")
+    ] = None,
+    opened: Annotated[
+        bool, typer.Option("--open/--no-open", help="Whether to open it in the browser.")
+    ] = True,
+) -> None:
+    """Show a run in the browser: time, fields, the deformed body, a cut, fibres, probes; one page."""
+    import webbrowser
+
+    from myostrain.output.viewing import view as write
+
+    path = write(folder, out)
+    typer.echo(str(path))
+    if opened:
+        webbrowser.open(path.resolve().as_uri())

@@ -1,0 +1,110 @@
+"""The page that shows a run: what it holds is what was recorded, it loads nothing, and a browser draws it."""
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+
+import myostrain as ms
+from myostrain.output.figures.data import Recording
+from myostrain.output.viewing import view
+
+import numpy as np
+import pytest
+from PIL import Image
+from test_figures import line, sheet
+
+from picture_tools import finish
+from small_cases import command_line
+from snapshot_files import write_snapshots
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+def held(path):
+    """The data of a page."""
+    return json.loads(re.search(r'id="data">(.*?)</script>', path.read_text(), re.S)[1].replace("<\\/", "</"))
+
+
+def unpacked(field, *shape):
+    shares = np.frombuffer(base64.b64decode(field["data"]), "<u2").reshape(shape)
+    return field["least"] + field["span"] * shares / 65535
+
+
+def test_a_page_holds_what_was_recorded(tmp_path):
+    """Fields and displacements to 16 bits of their range, at every frame; nothing is loaded."""
+    points, cells = sheet(tmp_path)
+    finish(tmp_path, {"corner": [50.0, 10.0, 0.0]})
+    done = command_line("view", tmp_path, "--no-open")
+    assert (done.status, done.out.strip()) == (0, str(tmp_path / "view.html"))
+    text = (tmp_path / "view.html").read_text()
+    assert not re.search(r'(?:src|href)\s*=\s*"|https?://|@import', text)
+    data, run = held(tmp_path / "view.html"), Recording(tmp_path)
+    np.testing.assert_array_equal(np.frombuffer(base64.b64decode(data["cells"]), "<u4"), cells.ravel())
+    assert data["times"] == run.time.tolist()
+    (v,) = [field for field in data["fields"] if field["name"] == "potential"]
+    np.testing.assert_allclose(unpacked(v, 5, -1), run.history("potential"), atol=v["span"] / 65535)
+    moved = unpacked(data["displacement"], 5, -1, 3)
+    np.testing.assert_allclose(moved[..., :2], run.history("displacement"), atol=60 / 65535)
+    assert data["probes"][0]["name"] == "corner"
+    assert data["probes"][0]["point"] == [50.0, 10.0, 0.0]
+    nearest = np.linalg.norm(points - [50.0, 10.0], axis=1).argmin()
+    np.testing.assert_allclose(
+        data["probes"][0]["moved"][-1][:2], run.field("displacement")[nearest], rtol=1e-5
+    )
+
+
+def test_of_a_solid_its_boundary_is_seen(tmp_path):
+    """A cube of five tetrahedra has twelve triangles outside."""
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+    cells = np.array([[0, 3, 5, 6], [1, 0, 3, 5], [2, 0, 3, 6], [4, 0, 5, 6], [7, 3, 5, 6]])
+    write_snapshots(tmp_path, corners, cells, [0.0], potential=corners[None, :, 0])
+    data = held(view(tmp_path))
+    assert len(base64.b64decode(data["cells"])) == 12 * 3 * 4
+    assert data["displacement"] is None
+
+
+def test_what_cannot_be_shown(tmp_path):
+    with pytest.raises(ms.InputError, match="is no folder"):
+        view(tmp_path / "none")
+    line(tmp_path, 60)
+    for path in (tmp_path / "snapshots").glob("frame-*"):
+        path.unlink()
+    with pytest.raises(ms.InputError, match="holds no frame yet"):
+        view(tmp_path)
+
+
+@pytest.mark.skipif(BROWSER is None, reason="there is no chromium here")
+def test_a_browser_draws_it(tmp_path):
+    """At a time that is asked for the wave has its colours; the console says nothing."""
+    sheet(tmp_path)
+    finish(tmp_path, {"corner": [50.0, 10.0, 0.0]})
+    page = view(tmp_path)
+    command = [
+        BROWSER,
+        "--headless",
+        "--no-sandbox",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+    ]
+    command += [
+        "--ignore-gpu-blocklist",
+        "--enable-logging=stderr",
+        f"--user-data-dir={tmp_path / 'browser'}",
+    ]
+    command += ["--window-size=800,700", f"--screenshot={tmp_path / 'page.png'}"]
+    done = subprocess.run(
+        [*command, f"{page.as_uri()}#frame=2&probe=0&field=potential"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert "CONSOLE" not in done.stderr, done.stderr
+    pixels = np.asarray(Image.open(tmp_path / "page.png").convert("RGB"), dtype=int)[90:600]
+    rest, peak = (68, 57, 131), (253, 231, 37)  # of viridis, at 0 and at 1 on a scale from -0.2
+    for colour in (rest, peak):
+        assert (np.abs(pixels - colour).max(axis=-1) < 25).sum() > 500
+    chosen = np.abs(pixels - (0xD5, 0x5E, 0x00)).max(axis=-1) < 10  # the probe, and the time on its curve
+    assert chosen.sum() > 150
