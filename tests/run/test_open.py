@@ -214,4 +214,6 @@ def test_units_are_made_of_those_of_the_run():
         "units": "mm/ms",
     }
     assert attributes("celerity_ratio", UNITS, 1)["units"] == "1"
+    assert attributes("stroke_volume_change", UNITS, 3)["units"] == "1"
+    assert attributes("stroke_work_left", UNITS, 3)["units"] == "kPa mm^3"
     assert attributes("w_2", UNITS, 1) == {"long_name": "w 2"}

@@ -154,6 +154,11 @@ class Results:
         return datasets.of_table(self._reader, "measures.csv")
 
     @cached_property
+    def cavities(self) -> xr.Dataset:
+        """Volumes and pressures of cavities, and states of the circulation, at every solve of mechanics."""
+        return datasets.of_table(self._reader, "cavities.csv")
+
+    @cached_property
     def electrodes(self) -> xr.Dataset:
         """The columns of ``ecg.csv`` over time; no variable without electrodes."""
         return datasets.of_table(self._reader, "ecg.csv", "potential")

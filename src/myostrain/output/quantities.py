@@ -51,6 +51,7 @@ _KNOWN: tuple[tuple[str, str, Powers | None], ...] = (
     (r"(?:cavity_)?volume_(\w+)", "volume of the cavity {0}", VOLUME),
     (r"pressure_(\w+)", "pressure in the cavity, {0}", STRESS),
     (r"dpdt_(\w+)", "rate of the pressure, {0}", {"stress": 1, "time": -1}),
+    (r"stroke_volume_change\w*", "change of the stroke volume since the beat before", NUMBER),
     (r"stroke_volume\w*", "stroke volume", VOLUME),
     (r"stroke_work\w*", "stroke work", {"stress": 1, "length": 3}),
     (r"ejection_fraction\w*", "ejected share of the volume", NUMBER),

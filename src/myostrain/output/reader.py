@@ -14,6 +14,7 @@ from myostrain.errors import InputError
 from myostrain.output.folder import read_regular
 from myostrain.output.metrics import last_durations
 from myostrain.output.snapshots import Snapshots
+from myostrain.output.units import QUANTITIES
 
 import numpy as np
 import numpy.typing as npt
@@ -118,7 +119,7 @@ class Reader:
         declared = {**self._about.get("units", {}), **self.results.get("units", {})}
         given = self.case.get("units")
         units = {**declared, **(given if isinstance(given, dict) else {})}
-        return {quantity: str(unit) for quantity, unit in units.items() if unit}
+        return {quantity: str(units[quantity]) for quantity in QUANTITIES if units.get(quantity)}
 
     def unit(self, quantity: str) -> str:
         """The unit of a quantity, such as "length"; empty if there is none."""
