@@ -177,6 +177,22 @@ def test_closed_loop():
     np.testing.assert_allclose(found[:8], exact[:8], rtol=5e-3)
 
 
+def test_tolerances_do_not_add_up():
+    """Walls that are off by a tolerance in each step: the model's blood stays the same to round-off."""
+    circuit, moved = Circuit(HUMAN), np.random.default_rng(2)
+    circuit.prepare(0.0, 1)
+    circuit.accept(0.0, np.array([135.0]), np.array([10.0]))
+    for number in range(1, 100):
+        circuit.prepare(0.002 * number, 2)
+        pressure = np.array([10.0 + number])
+        circuit.tied(np.array([130.0]), pressure - 1.0)  # what was tried before
+        wanted = -circuit.tied(np.zeros(1), pressure)[0]
+        circuit.accept(0.002 * number, wanted + 0.01 * moved.standard_normal(1), pressure)
+        _, inflow, outflow = circuit.states
+        assert circuit.volumes[0] - inflow + outflow == pytest.approx(135.0, rel=1e-13)
+        assert circuit.volumes[0] == pytest.approx(wanted[0], rel=1e-13)
+
+
 class Wrong:
     """A model whose parts are the test's."""
 

@@ -35,7 +35,7 @@ class Circuit:
 
     Attributes:
         pressures: Pressures (cavities,) at the last accepted time; zero before.
-        volumes: The volumes (cavities,) then; None before.
+        volumes: The volumes (cavities,) that the model has then; None before.
         states: The states (states,) then.
     """
 
@@ -75,7 +75,7 @@ class Circuit:
 
     @property
     def volumes(self) -> Array | None:
-        """Volumes (cavities,) at the last accepted time; None before."""
+        """Volumes (cavities,) that the model has at the last accepted time; None before."""
         return self._past[0][len(self.names) :] if self._times else None
 
     def prepare(self, end: float, order: int) -> Array:
@@ -150,11 +150,17 @@ class Circuit:
         return middle[:size], middle[size:], slopes
 
     def accept(self, time: float, volumes: Array, pressures: Array) -> None:
-        """Take these volumes and pressures (cavities,) as those at ``time``."""
+        """Take these volumes and pressures (cavities,) as those at ``time``.
+
+        What is kept are the volumes that the model has for these pressures: those of the walls differ from
+        them by the tolerance to which they were found, which so does not add up over the steps.
+        """
         if self._prescribed:
             self._found = np.zeros(0)
         elif not self._times:
             self._found = self._begun(pressures, volumes, time)
+        elif self.cavities:
+            volumes = volumes - self.tied(volumes, pressures)[0]
         self.states = self._found
         self._times = [time, *self._times[:1]]
         self._past = [np.append(self.states, volumes), *self._past[:1]]

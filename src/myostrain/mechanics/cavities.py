@@ -103,7 +103,7 @@ class CavityPressures:
         self.names += self.circuit.names
         low, high = body.extent()
         size = float(np.linalg.norm(high - low)) ** 3
-        self._at_rest = self.volumes()
+        self._at_rest = self._volumes = self.volumes()
         for name, volume in zip(self.cavities, self._at_rest, strict=True):
             if not volume > NOTHING * size:
                 raise InputError(
@@ -166,21 +166,23 @@ class CavityPressures:
 
     def accept(self, time: float) -> None:
         """Take the present volumes and pressures as those at ``time`` (collective)."""
-        self.circuit.accept(time, self.volumes(), self.numbers)
+        self._volumes = self.volumes()
+        self.circuit.accept(time, self._volumes, self.numbers)
 
     def values(self) -> dict[str, float]:
         """Volumes, pressures and states at the last accepted time, by name."""
-        circuit, volumes = self.circuit, self.circuit.volumes
-        pairs = zip(self._at_rest if volumes is None else volumes, circuit.pressures, strict=True)
+        pairs = zip(self._volumes, self.circuit.pressures, strict=True)
         found = [value for pair in pairs for value in pair]
-        return dict(zip(self.names, map(float, [*found, *circuit.states]), strict=True))
+        return dict(zip(self.names, map(float, [*found, *self.circuit.states]), strict=True))
 
     def state(self) -> State:
-        """The circulation's past, and the present pressures."""
-        return {"circuit": self.circuit.state(), "pressures": self.numbers.tolist()}
+        """The circulation's past, the present pressures, and the volumes that were accepted last."""
+        present = {"pressures": self.numbers.tolist(), "volumes": self._volumes.tolist()}
+        return {"circuit": self.circuit.state(), **present}
 
     def restore(self, state: State) -> None:
         """Go on from a state."""
         self.circuit.restore(state["circuit"])
         self.put(np.array(state["pressures"]))
+        self._volumes = np.array(state["volumes"])
         self._share = 1.0
