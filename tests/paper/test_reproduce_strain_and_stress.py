@@ -189,3 +189,11 @@ def test_verdicts_fail_where_they_should():
     }
     of_all = {"neo-hookean", "force-velocity", "newton", "staggering", "steps", "rossi"}
     assert {name for name, agrees in verdicts.items() if agrees} == of_all
+
+
+def test_the_ventricle_is_matched_to_the_strip():
+    """The tensions of the ventricle's runs are those of the strip of its law, and so is its γ."""
+    found = muscle.matched(Points(material(GUCCIONE), 1), FIBRE, jobs.GAMMA)
+    for approach, of in (("stress", "tension"), ("force", "isometric")):
+        assert f"tension={found[of]:.6f}" in jobs.VENTRICLES[approach]
+    assert f"beta={-jobs.GAMMA:g}," in jobs.VENTRICLES["strain"]

@@ -6,6 +6,7 @@ from typing import Any
 
 from myostrain.reproduce.chapters.ellipticity.jobs import LAWS as ALL
 from myostrain.reproduce.jobs import Job
+from myostrain.reproduce.measurements.cases import case_job
 
 import numpy as np
 
@@ -54,6 +55,19 @@ BEATS: dict[str, tuple[dict[str, Any], float]] = {
     "stress": ({"kind": "Hunter1998", "tension": 100.0, "beta": 1.45}, 30.0),
 }
 BEAT_LAW, BEAT_STEP, BEAT_END = "Guccione1995", 0.25, 200.0
+
+#: The ventricle of Land et al. 2015, coarse, under a small pressure; tensions match the strip of its law.
+VENTRICLE = (
+    "geometry.spacing=3.0",
+    "fibres.helix=[60.0, -60.0]",
+    "mechanics.pressure={endocardium=[[0.0, 0.0], [1.0, 0.3]]}",
+    "time.step=0.1",
+)
+VENTRICLES = {
+    "strain": 'activation={law="proportional", beta=0.1, deformation="fibre"}',
+    "stress": 'activation={law="active-stress", tension=1.718675}',
+    "force": 'activation={law="active-stress", tension=2.327596}',
+}
 
 
 def gammas(quick: bool) -> list[float]:
@@ -114,4 +128,6 @@ def jobs(quick: bool) -> dict[str, Job]:
         for approach, (active, load) in BEATS.items():
             beat = {"law": LAWS[BEAT_LAW], "active": active, "load": load, "step": BEAT_STEP, "end": BEAT_END}
             made[f"{approach} beat"] = Job("beats.beat", beat, 30.0)
+        for approach, section in VENTRICLES.items():
+            made[f"{approach} ventricle"] = case_job("land-3", (*VENTRICLE, section), cost=20.0)
     return made

@@ -55,6 +55,7 @@ def numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
     made["curve_slope"] = _slope_of_curve()
     made["hill_shape"] = HILL
     made["hill"] = (1 - HALF) / (1 + HALF / HILL)
+    made["ventricle"] = {} if quick else {a: found[f"{a} ventricle"].numbers["metrics"] for a in APPROACHES}
     made["beats"] = {} if quick else {a: found[f"{a} beat"].numbers for a in ("strain", "stress")}
     return made
 

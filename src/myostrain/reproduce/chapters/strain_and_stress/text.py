@@ -87,6 +87,11 @@ def tables(measured: Measured) -> dict[str, Rows]:
         ],
     }  # fmt: skip
     if not measured.quick:
+        made["ventricle"] = [
+            [SAYS[approach], *(number(m[key]) for key in ("ejection_fraction", "wall_thickening", "twist",
+                                                          "longitudinal_shortening", "fibre_shortening"))]
+            for approach, m in measured.numbers["ventricle"].items()
+        ]  # fmt: skip
         made["beats"] = [
             [jobs.BEATS[approach][0]["kind"], scheme, number(s["swing"]), number(s["shortest"]),
              fixed(s["iterations"], 1) if s["iterations"] else None]
