@@ -43,8 +43,8 @@ class ComputationError(MyostrainError, RuntimeError):
         where: Sequence[float] | None = None,
     ) -> None:
         when = "" if time is None else f"at t = {time:.6g}: "
-        then = "" if advice is None else f" Try: {advice}"
-        super().__init__(f"{when}{reason}{then}")
+        then = "" if advice is None else f". Try: {advice}"
+        super().__init__(f"{when}{reason.rstrip('.') if then else reason}{then}")
         self.reason = reason
         self.time = time
         self.advice = advice

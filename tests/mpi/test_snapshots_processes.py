@@ -52,7 +52,7 @@ def test_all_processes_learn_of_a_failure(on_processes, tmp_path):
     on_processes(2, DRIVER, tmp_path)
     one, two = (json.loads((tmp_path / f"{rank}.json").read_text()) for rank in (0, 1))
     assert one == two
-    assert "frame-000000001.npz cannot be written: No space left on device Try: free space" in one[0]
+    assert "frame-000000001.npz cannot be written: No space left on device. Try: free space" in one[0]
     assert "frame-000000002.npz cannot be read" in one[1]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["0.json", "1.json", "sheet.toml", "snapshots"]
     assert len(list((tmp_path / "snapshots").iterdir())) == 3

@@ -183,7 +183,7 @@ def test_a_store_that_cannot_be_written_is_no_error(tmp_path, counted):
 
 def test_a_failure_names_the_computation(tmp_path, counted):
     """ComputationError says which job, when and what to try; what was done before is kept."""
-    with pytest.raises(ms.ComputationError, match=r"t = 0.5: job -1: x is negative Try: a positive one"):
+    with pytest.raises(ms.ComputationError, match=r"t = 0.5: job -1: x is negative\. Try: a positive one"):
         run(Store(tmp_path), 2, -1)
 
 

@@ -264,7 +264,7 @@ def test_plot_after_a_failure(line, monkeypatch):
     done = command_line("run", line, "--out", "out")
     assert done.status == 3
     *retries, last = done.err.strip().splitlines()
-    assert last == "myostrain: the computation failed at t = 0.01: planted Try: nothing."
+    assert last == "myostrain: the computation failed at t = 0.01: planted. Try: nothing."
     assert len(retries) == len(REMEDIES)
     assert all(line.startswith("myostrain: step from t = 0.01 failed (planted); trying") for line in retries)
     drawn = command_line("plot", "out")

@@ -1,13 +1,16 @@
 """``myostrain cell``: the result folder, and what it says of wrong input."""
 
 import json
+from unittest import mock
 
 import myostrain as ms
 from myostrain import Case
+from myostrain.single_cell.record import end_state
 
 import numpy as np
 import pytest
 
+from cell_files import ODE
 from small_cases import LINE, changed, command_line
 
 
@@ -34,9 +37,11 @@ def test_a_result_folder(tmp_path):
     assert (table["time"][0], table["time"][-1]) == (0.0, 1200.0)
     assert table["potential"].max() == pytest.approx(max(b["peak"] for b in found["beats"]), abs=1.0)
     assert (out / "figures" / "cell.png").stat().st_size > 10_000
-    again = command_line("cell", "BuenoOrovio2008", "--beats", "1", "--out", out)
+    with mock.patch("myostrain.single_cell.cell", side_effect=AssertionError("the work was done")):
+        again = command_line("cell", "BuenoOrovio2008", "--beats", "1", "--out", out)
     assert again.status == 2
     assert "holds something already" in again.err
+    assert "--resume" not in again.err
     weak = command_line(
         *("cell", "BuenoOrovio2008", "--set", "stimulus.strength=5", "--beats", "1", "--out", out, "--force")
     )
@@ -52,6 +57,11 @@ def test_a_result_folder(tmp_path):
         (["LuoRudy1991", "--set", "g_na=3"], "cell.g_na: no such key; did you mean 'g_Na'?"),
         (["LuoRudy1991", "--set", "stimulus.strenght=3"], "give stimulus.strength and stimulus.duration"),
         (["LuoRudy1991", "--beats", "0"], "beats: 0: give a number of beats"),
+        (
+            ["LuoRudy1991", "--cycle", "1e9"],
+            "cycle: 1e+09: that makes 1e+11 steps of 0.01; give 2e+05 at most",
+        ),
+        (["LuoRudy1991", "--set", "cell.g_na=3"], "cell.g_na: no such key; did you mean 'g_Na'?"),
     ],
 )
 def test_wrong_input(tmp_path, arguments, message):
@@ -59,6 +69,28 @@ def test_wrong_input(tmp_path, arguments, message):
     assert done.status == 2
     assert message in done.err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_file_declares_no_stimulus(tmp_path):
+    """cells.md: "one from a file declares none, so say it"; the message says how."""
+    pytest.importorskip("gotranx")
+    (tmp_path / "cell.ode").write_text(ODE)
+    done = command_line("cell", tmp_path / "cell.ode", "--out", tmp_path / "out")
+    assert done.status == 2
+    assert "--set stimulus.strength=40 --set stimulus.duration=1" in done.err
+
+
+def test_another_file_is_no_cell_to_begin_with(tmp_path):
+    """The states of both are named, as both are of the class FileMembrane."""
+
+    class FileMembrane:
+        states = ("m", "h")
+
+    (tmp_path / "results.json").write_text(
+        '{"model": "FileMembrane", "parameters": {}, "end": {"potential": 0.0, "w": 1.0}}'
+    )
+    with pytest.raises(ms.InputError, match=r"states potential, w, and the membrane has potential, m, h"):
+        end_state(tmp_path, FileMembrane(), "FileMembrane", {})
 
 
 def test_without_a_model_they_are_listed():
@@ -91,3 +123,13 @@ def test_a_tissue_begins_where_the_cell_ended(tmp_path, caplog):
         Case.from_dict(changed(LINE, {"cell": {"model": "LuoRudy1991", "initial": str(out)}})).build()
     with pytest.raises(ms.InputError, match=r"^cell.initial: .*results.json cannot be used: No such file"):
         Case.from_dict(changed(LINE, {"cell": {"model": model, "initial": "nowhere"}})).build()
+
+
+@pytest.mark.parametrize("changes", [["--step", "5"], ["--set", "cell.stimulus.strength=1e6"]])
+def test_a_potential_far_away_is_no_result(tmp_path, changes):
+    """Steps too long, or a stimulus too strong: a failed computation in place of numbers."""
+    done = command_line("cell", "BuenoOrovio2008", *changes, "--beats", "1", "--out", tmp_path / "out")
+    assert done.status == 3
+    assert "the potential is " in done.err
+    assert "far out of its range (-85.0, 50.0)" in done.err
+    assert not (tmp_path / "out").exists()

@@ -86,7 +86,7 @@ def test_a_run_within_a_run_has_its_own_log(tmp_path):
 
     with pytest.warns(RuntimeWarning, match="odd"), pytest.raises(ComputationError):
         both()
-    failure = "ERROR ComputationError: at t = 0.3: no convergence Try: less."
+    failure = "ERROR ComputationError: at t = 0.3: no convergence. Try: less."
     assert texts(tmp_path) == ["INFO before", "INFO between", failure]
     twin = texts(inner)
     assert twin[0] == "INFO twin"

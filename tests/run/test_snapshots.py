@@ -179,7 +179,7 @@ def test_what_cannot_be_written_is_a_failed_computation(tmp_path):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
     with pytest.raises(
-        ComputationError, match=r"x cannot be written: Permission denied Try: make it writable"
+        ComputationError, match=r"x cannot be written: Permission denied\. Try: make it writable"
     ):
         on_first(ALONE, denied, tmp_path / "x")
     assert listing(tmp_path) == []

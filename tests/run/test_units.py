@@ -8,6 +8,8 @@ from myostrain.output.figures.data import Recording
 
 import pytest
 
+from small_cases import LINE, changed
+
 
 @dataclasses.dataclass(frozen=True)
 class Millivolts(ms.membranes.FitzHughNagumo):
@@ -63,6 +65,12 @@ def test_without_units_labels_say_so(tmp_path):
     recording = Recording(tmp_path / "quiet")
     assert recording.title == "quiet"
     assert recording.rate_label("speed", "length", "time") == "speed (non-dimensional)"
+
+
+def test_a_potential_without_a_unit_is_not_in_millivolts():
+    """Pictures would say mV beside values from 0 to 1."""
+    with pytest.raises(InputError, match=r"FitzHughNagumo has no unit, it lies between .* leave it out"):
+        ms.Case.from_dict(changed(LINE, {"units": {"potential": "mV"}}))
 
 
 @pytest.mark.parametrize(

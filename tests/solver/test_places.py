@@ -49,8 +49,8 @@ def test_a_ball():
 
 
 def test_coordinates_that_the_body_has_not_are_left_out():
-    """Place: "at least as many as the body has dimensions"."""
-    found, X = share(rectangle(), center=(2.0, 1.0, 7.0), radius=1.5)
+    """Place: "at least as many as the body has dimensions; more are zero"."""
+    found, X = share(rectangle(), center=(2.0, 1.0, 0.0), radius=1.5)
     np.testing.assert_array_equal(found, np.linalg.norm(X - (2.0, 1.0), axis=1) <= 1.5)
 
 
@@ -157,6 +157,8 @@ WRONG_HERE = [
     (dict(box=((9.0, 0.0), (10.0, 1.0))), "here.box", "nearest is 1 outside"),
     (dict(center=(1.0,), radius=2.0), "here.center", "give 2 coordinates"),
     (dict(box=((0.0,), (1.0,))), "here.box", "give 2 coordinates"),
+    (dict(center=(1.0, 1.0, 5.0), radius=2.0), "here.center", r"\[1\.0, 1\.0, 5\.0\]: give 2 coordinates"),
+    (dict(box=((0.0, 0.0, 1.0), (1.0, 1.0, 2.0))), "here.box", "give 2 coordinates"),
     (dict(boundary=("lft",)), "here.boundary", "did you mean 'left'"),
     (dict(region=("a",)), "here.region", "no named regions"),
 ]

@@ -235,6 +235,9 @@ UNREADABLE = {
     "mmt": ("[[model]]\nx.y = 1\n[x]\ndot(y) = z\n", "cell.mmt", "Myokit cannot read it: .*z"),
     "mmt without a model": ("[[script]]\nprint(1)\n", "cell.mmt", "has no .*model"),
     "no XML": ("<model", "cell.cellml", "Myokit cannot read it: Unable to parse XML"),
+    "no initial value": (
+        CELLML.replace(' initial_value="0.01"', "", 1), "cell.cellml", "has no initial value",
+    ),
     "no CellML": ("<svg xmlns='http://www.w3.org/2000/svg'/>", "cell.cellml", "it is no CellML"),
     "CellML with an unknown name": (CELLML.replace("<ci>cubic</ci><ci>w</ci>", "<ci>cubic</ci><ci>q</ci>"),
                                     "cell.cellml", "Myokit cannot read it"),

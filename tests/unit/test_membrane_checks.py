@@ -74,6 +74,21 @@ WRONG = {
         changed(rates=lambda self, v, states: (v - states[0], abs(np.nan_to_num(v)) - states[1])),
         r"Mine\.rates\[1\] is not analytic",
     ),
+    "a list": (
+        without_states(current=lambda self, v, states: list(v + 85.0)),
+        r"Mine\.current gives a list; give an array",
+    ),
+    "what mixes nodes": (
+        without_states(current=lambda self, v, states: v - np.mean(v)),
+        r"Mine\.current of a node changes with the other nodes",
+    ),
+    "writing into what it is given": (
+        changed(rates=lambda self, v, states: (states[0].__iadd__(1.0), v)),
+        r"Mine\.rates failed: ValueError",
+    ),
+    "a unit by number": (changed(time_unit=3), r'Mine\.time_unit is 3; give a text, such as "ms"'),
+    "a stimulus in a word": (changed(pacing="strong"), r"Mine\.pacing is 'strong'; give strength"),
+    "a stimulus without end": (changed(pacing=(1.0,)), r"Mine\.pacing is \(1\.0,\); give strength"),
     "another shape": (
         without_states(current=lambda self, v, states: np.zeros(3)),
         r"values of shape \(3,\) for 7 nodes; give one a node",

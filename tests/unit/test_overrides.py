@@ -163,10 +163,13 @@ def test_what_petsc_prints_is_printed(tmp_path, capfd):
 
 
 def test_one_of_several_sections_is_named_by_its_number():
-    """override, docstring: ``stimulus.2.strength=20``, from 1 on; another number is refused."""
+    """override, docstring: ``stimulus.2.strength=20``, from 1 on, but for one alone; another is refused."""
     data = {"stimulus": [{"strength": 1.0}, {"strength": 2.0}]}
     override(data, ["stimulus.2.strength=20.0", "stimulus.1={strength=3.0}"])
     assert data == {"stimulus": [{"strength": 3.0}, {"strength": 20.0}]}
+    alone = {"stimulus": [{"strength": 1.0}]}
+    override(alone, ["stimulus.strength=2.0", "stimulus.where.depth=1.0"])
+    assert alone == {"stimulus": [{"strength": 2.0, "where": {"depth": 1.0}}]}
     for wrong in ("stimulus.3.strength=1.0", "stimulus.strength=1.0", "stimulus.0={}"):
         with pytest.raises(InputError, match="there are 2 of this section"):
             override(data, [wrong])

@@ -39,8 +39,9 @@ def override(data: dict[str, Any], assignments: Sequence[Assignment]) -> None:
     Args:
         data: The case; changed in place.
         assignments: Dotted keys, and values in TOML syntax; a bare word is a text. Of several sections of a
-            name, the number follows it: ``stimulus.2.strength=20``. Or pairs of a key and a value. A word
-            that chooses a model takes the place of the earlier one with its keys, as a warning says.
+            name, the number follows it: ``stimulus.2.strength=20``; where there is one, it may be left out.
+            Or pairs of a key and a value. A word that chooses a model takes the place of the earlier one with
+            its keys, as a warning says.
 
     Raises:
         InputError: An assignment is of another form.
@@ -112,6 +113,8 @@ def _assign(data: dict[str, Any], key: str, value: Any) -> None:
         at = _within(at, part, key)
         if not isinstance(at, dict | list):
             raise InputError(f"'{part}' is a value, not a section", f"--set {key}")
+    if isinstance(at, list) and len(at) == 1 and isinstance(at[0], dict) and not path[-1].isdecimal():
+        at = at[0]
     if isinstance(at, list):  # the sections [[...]], counted from 1 as in messages
         _within(at, path[-1], key)
         at[int(path[-1]) - 1] = value
@@ -121,6 +124,8 @@ def _assign(data: dict[str, Any], key: str, value: Any) -> None:
 
 def _within(at: Any, part: str, key: str) -> Any:
     """What a part of a dotted key names: a table, made if it is not there, or one of several sections."""
+    if isinstance(at, list) and len(at) == 1 and isinstance(at[0], dict) and not part.isdecimal():
+        at = at[0]
     if isinstance(at, dict):
         return at.setdefault(part, {})
     if not part.isdecimal() or not 1 <= int(part) <= len(at):

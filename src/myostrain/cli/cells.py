@@ -46,12 +46,19 @@ def membrane_of(model: str, values: dict[str, Any]) -> Any:
     return make(cls, getattr(cls, "gathered", dict)(values), "cell", also=("stimulus",))
 
 
-def _asked(model: str, overrides: list[str] | None) -> tuple[Any, tuple[float, float] | None]:
-    """The membrane of a command, and the stimulus; None where neither it nor the membrane says one."""
+def _asked(model: str, overrides: list[str] | None) -> tuple[Any, tuple[float, float]]:
+    """The membrane of a command, and the stimulus.
+
+    Raises:
+        InputError: Neither the command nor the membrane says one, or a key cannot be.
+    """
     from myostrain.case.overrides import override
+    from myostrain.case.sections import CELLS
 
     values: dict[str, Any] = {}
     override(values, overrides or [])
+    if model in CELLS and isinstance(values.get("cell"), dict):  # as a case has it: cell.g_Na=5
+        values = {**values.pop("cell"), **values}
     stimulus = values.pop("stimulus", {})
     membrane = membrane_of(model, values)
     known = ("strength", "duration")
@@ -61,7 +68,13 @@ def _asked(model: str, overrides: list[str] | None) -> tuple[Any, tuple[float, f
         raise InputError("give numbers", "--set stimulus")
     declared = dict(zip(known, getattr(membrane, "pacing", None) or (), strict=False))
     both = {**declared, **stimulus}
-    return membrane, (both["strength"], both["duration"]) if len(both) == 2 else None
+    if len(both) < 2:
+        raise InputError(
+            f"{_called(model, membrane)} declares no stimulus: say its strength, a rate of v, and its "
+            "duration, such as --set stimulus.strength=40 --set stimulus.duration=1",
+            "--set stimulus",
+        )
+    return membrane, (both["strength"], both["duration"])
 
 
 def _called(model: str, membrane: Any) -> str:
@@ -95,7 +108,7 @@ def cell(
     _load_engine()
     from myostrain.case.parsing import plain
     from myostrain.case.sections import CELLS
-    from myostrain.output.folder import free_name
+    from myostrain.output.folder import check_free, free_name
     from myostrain.single_cell import cell as pace
     from myostrain.single_cell import write_cell
 
@@ -106,6 +119,7 @@ def cell(
     membrane, stimulus = _asked(model, overrides)
     name = _called(model, membrane)
     folder = out if out is not None else free_name(Path("runs") / f"cell-{name}")
+    check_free(folder, force=force)
     with _warnings_shown(True), ProgressDisplay(True, bar=not quiet) as display:
         paced = pace(
             membrane,
@@ -165,13 +179,13 @@ def cable(
     from myostrain.case.parsing import plain
     from myostrain.conduction import cable as measure
     from myostrain.conduction import write_cable
-    from myostrain.output.folder import check_path, free_name
+    from myostrain.output.folder import check_free, free_name
 
     membrane, stimulus = _asked(model, overrides)
     changed = any(text.lstrip().startswith("stimulus") for text in overrides or [])
     name = _called(model, membrane)
     folder = out if out is not None else free_name(Path("runs") / f"cable-{name}")
-    check_path(folder, "--out")
+    check_free(folder, force=force)
     with _warnings_shown(True), ProgressDisplay(True, bar=not quiet) as display:
         found = measure(
             membrane,

@@ -224,6 +224,11 @@ def _planned(
     dt = STEP * T if step is None else step
     if not dt <= 10 * T:
         raise InputError(f"{dt:g}: the upstroke takes {T:.3g}; give a step below {10 * T:.3g}", "step")
+    time = L / scale * T
+    if time / dt > MOST_STEPS:
+        raise InputError(
+            f"{dt:g}: that makes {time / dt:.2g} steps; give {time / MOST_STEPS:.2g} or more", "step"
+        )
     return Cable(D, h, dt, L, excited, (strength, duration), T, mass)
 
 

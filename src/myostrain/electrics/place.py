@@ -31,9 +31,10 @@ class Place:
     Lengths are in the unit of the mesh.
 
     Args:
-        center: Centre of a ball, material coordinates, at least as many as the body has dimensions.
+        center: Centre of a ball, material coordinates, at least as many as the body has dimensions; more
+            are zero.
         radius: Its radius.
-        box: Lowest and highest corner of a box along the axes.
+        box: Lowest and highest corner of a box along the axes; beyond the body's dimensions it holds zero.
         boundary: Named parts of the boundary, such as an endocardium.
         depth: How deep from ``boundary`` into the body; 0 takes the nodes on it only, a layer that gets
             thinner with the mesh.
@@ -105,15 +106,19 @@ class Place:
             inside = (depth >= low_end - CLOSE_DEPTH) & (depth <= high_end + CLOSE_DEPTH)
         else:
             points = np.array([self.center] if self.box is None else self.box, dtype=float)
-            if not body.dim <= points.shape[1] <= 3:
-                name, given = ("box", self.box) if self.box else ("center", self.center)
-                raise InputError(f"{given}: give {body.dim} coordinates", f"{key}.{name}")
+            beyond = points[:, body.dim :]
+            if not body.dim <= points.shape[1] <= 3 or (beyond[0] > 0).any() or (beyond[-1] < 0).any():
+                what = "a coordinate" if body.dim == 1 else f"{body.dim} coordinates"
+                raise InputError(
+                    f"{self._given()}: give {what}, as the body has no others",
+                    f"{key}.{'box' if self.box else 'center'}",
+                )
             points = points[:, : body.dim]
             outside = self._outside(X, points)
             inside = outside <= close
             if not body.comm.allreduce(bool(inside.any()), MPI.LOR):
                 away = body.comm.allreduce(float(outside.min(initial=np.inf)), MPI.MIN)
-                what = f"within {self.radius} of {list(self.center)}" if self.center else f"in {self.box}"
+                what = f"in {self._given()}" if self.box else f"within {self.radius} of {self._given()}"
                 raise InputError(
                     f"no node of the mesh lies {what}; the nearest is {away:.4g} outside, the body extends "
                     f"from {low.tolist()} to {high.tolist()}: another place, or a finer mesh",
@@ -124,6 +129,10 @@ class Place:
         if not body.comm.allreduce(bool(inside.any()), MPI.LOR):
             raise InputError("no node of the mesh is there", key)
         return inside.astype(float)
+
+    def _given(self) -> list[float] | list[list[float]]:
+        """Centre or corners, as a case writes them."""
+        return [list(corner) for corner in self.box] if self.box else list(self.center or ())
 
     def _outside(self, X: Array, points: Array) -> Array:
         """How far points X (n, dim) are outside a ball or a box; zero or less within."""

@@ -13,7 +13,7 @@ from myostrain.electrics.stimulus import Applied, AppliedRates, Source
 from myostrain.electrics.stretch_current import StretchCurrent, StretchCurrents
 from myostrain.electrics.variation import LocalMembranes, Variation
 from myostrain.engine import fem, lasting
-from myostrain.errors import InputError
+from myostrain.errors import ComputationError, InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Deformation
 from myostrain.membranes import Integrator, Membrane, Step, check_membrane
@@ -340,7 +340,11 @@ class Potential:
             added = FieldState(self.v.function_space, diagonal)
             self._origin = {"body": self._diffusion.body(), "diagonal": added}
         self.v.x.array[:] = guess
-        self.solver.solve(self._b.x.petsc_vec, self.v.x.petsc_vec)
+        try:
+            self.solver.solve(self._b.x.petsc_vec, self.v.x.petsc_vec)
+        except ComputationError:
+            self._reaction.refuse_no_numbers(guess, current, self._place, end)
+            raise
         self.v.x.scatter_forward()
 
     def _place(self, node: int) -> Array:

@@ -59,11 +59,13 @@ def check_membrane(membrane: Any) -> None:
         named = getattr(membrane, what, ())
         if isinstance(named, str) or not isinstance(named, Collection) or not set(named) <= set(states):
             raise InputError(f"{name}.{what} is {named!r}; give names among its states {list(states)}", KEY)
+    _declared(membrane, name)
     calcium = getattr(membrane, "calcium", None)
     if calcium is not None and calcium not in states:
         raise InputError(f"{name}.calcium is '{calcium}', which is none of its states {list(states)}", KEY)
     v = low + (high - low) * (np.arange(SAMPLE) + 0.5377) / SAMPLE
     present = np.tile(np.asarray(values, dtype=float).reshape(-1, 1), SAMPLE)
+    v.flags.writeable = present.flags.writeable = False
     if states and not callable(getattr(membrane, "rates", None)):
         raise InputError(f"{name} has states, but no method rates", KEY)
     complex_step = traced(membrane) is None
@@ -79,6 +81,19 @@ def check_membrane(membrane: Any) -> None:
             raise InputError(f"{name}.rates gives {count} for the states {list(states)}; give one each", KEY)
         for index in range(len(states)):
             _sampled(membrane, name, "rates", v, present, (index,), complex_step)
+
+
+def _declared(membrane: Any, name: str) -> None:
+    """Refuse units that are no texts, and a stimulus that is none."""
+    for what in ("time_unit", "potential_unit", "calcium_unit"):
+        unit = getattr(membrane, what, None)
+        if not (unit is None or (isinstance(unit, str) and unit)):
+            raise InputError(f'{name}.{what} is {unit!r}; give a text, such as "ms", or None', KEY)
+    pacing = getattr(membrane, "pacing", None)
+    if pacing is not None and not (_are_numbers(pacing, (2,)) and pacing[1] > 0):
+        raise InputError(
+            f"{name}.pacing is {pacing!r}; give strength (rate of v) and duration, which is positive", KEY
+        )
 
 
 def _range(membrane: Any, name: str) -> tuple[float, float]:
@@ -105,14 +120,16 @@ def _sampled(
 ) -> None:
     """Try a function on a sample: shapes, and its derivative in v where that is taken by a complex step."""
 
-    def function(at: Any) -> Any:
-        found = _called(membrane, method, at, states)
+    def function(at: Any, beside: Any = states) -> Any:
+        found = _called(membrane, method, at, beside)
         for index in picked:
             found = found[index]
         return found
 
     found = function(v)
     what = f"{name}.{method}" + "".join(f"[{i}]" for i in picked)
+    if isinstance(found, (list, tuple)):
+        raise InputError(f"{what} gives a {type(found).__name__}; give an array of NumPy", KEY)
     if np.shape(found) not in ((), v.shape):
         raise InputError(
             f"{what} gives values of shape {np.shape(found)} for {len(v)} nodes; give one a node", KEY
@@ -121,6 +138,11 @@ def _sampled(
         raise InputError(f"{what} gives {shown(found)}; give a number for each node", KEY)
     if not np.isfinite(np.asarray(found, dtype=float)).any():
         raise InputError(f"{what} is nowhere finite between {v[0]:g} and {v[-1]:g}, at rest else", KEY)
+    alone = function(v[:3], states[:, :3])
+    if not np.allclose(alone, np.broadcast_to(found, v.shape)[:3], rtol=1e-9, atol=0.0, equal_nan=True):
+        raise InputError(
+            f"{what} of a node changes with the other nodes; give what is of its own values", KEY
+        )
     if not derivatives:
         return
     shift = 1e-6 * (v[-1] - v[0])

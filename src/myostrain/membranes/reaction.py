@@ -157,8 +157,8 @@ class Reaction:
         self._trace(len(v))
         model = self._model
         if model is None or not self.written:
-            found = self._advanced(v, states, step)
-            return (*found, -1)
+            states, current, slope = self._advanced(v, states, step)
+            return states, current, slope, self._first_wrong(states)
         if out is None:
             out = np.empty_like(states)
         current, slope = np.empty_like(v), np.empty_like(v)
@@ -270,6 +270,41 @@ class Reaction:
             found = self.wrong(states, bad), [round(float(x), 6) for x in place(bad)]
         what, where = next(f for f in self._comm.allgather(found) if f is not None)
         raise ComputationError(f"{what} near {where}", time=end, where=where, advice="a smaller time step.")
+
+    def refuse_no_numbers(self, v: Array, current: Array, place: Callable[[int], Array], end: float) -> None:
+        """Stop where the current is no number (collective).
+
+        Args:
+            v: Potential at which it was evaluated (nodes,).
+            current: The current (nodes,).
+            place: Where a node is.
+            end: Time at the end of the step.
+
+        Raises:
+            ComputationError: It is so on some process.
+        """
+        bad, found = np.flatnonzero(~np.isfinite(current)), None
+        if len(bad):
+            node = int(bad[0])
+            what = f"the current of {type(self.membrane).__name__} is {current[node]} at v = {v[node]:.6g}"
+            found = what, [round(float(x), 6) for x in place(node)]
+        told = [f for f in self._comm.allgather(found) if f is not None]
+        if told:
+            what, where = told[0]
+            raise ComputationError(
+                f"{what} near {where}",
+                time=end,
+                where=where,
+                advice="a smaller time step, or a formula that has a value there.",
+            )
+
+    def _first_wrong(self, states: Array) -> int:
+        """The first node where a gate is out of [0, 1] or a state is no number, -1 for none."""
+        good = np.isfinite(states)
+        gates = states[self._gates]
+        good[self._gates] &= (gates >= -GATE_MARGIN) & (gates <= 1 + GATE_MARGIN)
+        bad = np.flatnonzero(~good.all(axis=0))
+        return int(bad[0]) if len(bad) else -1
 
     def wrong(self, states: Array, node: int) -> str:
         """What is wrong with the states of a node, in words."""

@@ -47,24 +47,40 @@ def prepare(path: Path, *, force: bool, comm: Any, resume: bool = False) -> Fold
     return lock
 
 
-def _prepare(path: Path, force: bool, resume: bool) -> FolderLock:
+def check_free(path: Path, *, force: bool) -> None:
+    """Refuse a result folder that could not be written into, before the work.
+
+    Raises:
+        InputError: It cannot be looked at, is a file, or holds something and nothing may be removed.
+    """
+    check_path(path, "--out")
     if path.exists() and not path.is_dir():
         raise InputError(f"{path} is a file; name another folder", "--out")
+    if force or not path.exists():
+        return
+    try:
+        held = sorted(p.name for p in path.iterdir() if not manifest.LEAVINGS.fullmatch(p.name))
+    except OSError as error:
+        raise InputError(f"{path} cannot be used: {error.strerror}; name another", "--out") from error
+    if held:
+        goes_on = ", or --resume to go on" if {"checkpoint", "sweep.json"} & set(held) else ""
+        raise InputError(
+            f"the folder {path} holds something already ({', '.join(held[:3])}, ...); name another, or add "
+            f"--force to replace it{goes_on}",
+            "--out",
+        )
+
+
+def _prepare(path: Path, force: bool, resume: bool) -> FolderLock:
+    check_free(path, force=True)
     path.mkdir(parents=True, exist_ok=True)
     lock = FolderLock(path)
     try:
-        held = sorted(p.name for p in path.iterdir() if not manifest.LEAVINGS.fullmatch(p.name))
         if resume:
             if "failure.json" in manifest.claimed(path):
                 discard(path / "failure.json")
-        elif held and not force:
-            some = ", ".join(held[:3])
-            raise InputError(
-                f"the folder {path} holds something already ({some}, ...); name another, add --force to "
-                "replace it, or --resume to go on",
-                "--out",
-            )
         else:
+            check_free(path, force=force)
             if strange := manifest.others(path):
                 some = ", ".join(strange[:3])
                 raise InputError(

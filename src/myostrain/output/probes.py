@@ -42,7 +42,8 @@ class Probes:
         for row, (name, point) in enumerate(points.items()):
             given = np.asarray(tuple(point), dtype=float)
             if not dim <= given.size <= 3 or not np.isfinite(given).all():
-                raise InputError(f"{list(point)}: give {dim} finite coordinates", f"probes.{name}")
+                count = "a finite coordinate" if dim == 1 else f"{dim} finite coordinates"
+                raise InputError(f"{list(point)}: give {count}", f"probes.{name}")
             self.positions[row, : given.size] = given
         self.mine, self.corners, self._weights = self._locate(space, dim)
 
@@ -54,11 +55,12 @@ class Probes:
         found[held] = self._comm.rank
         owner = np.empty_like(found)
         self._comm.Allreduce(found, owner, op=MPI.MIN)
-        for name, rank, position in zip(self.names, owner, self.positions, strict=True):
+        for name, rank, position in zip(self.names, owner, self.positions.tolist(), strict=True):
             if rank == self._comm.size:
                 low, high = (corner.tolist() for corner in extent(mesh))
+                given = position if any(position[dim:]) else position[:dim]
                 raise InputError(
-                    f"{position[:dim].tolist()} lies outside the body, which extends from {low} to {high}",
+                    f"{given} lies outside the body, which extends from {low} to {high}",
                     f"probes.{name}",
                 )
         kept = owner[held] == self._comm.rank

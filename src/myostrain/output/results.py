@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
+log = logging.getLogger("myostrain")
+
 
 def metrics(
     model: Electromechanics, probes: Probes, activation: dict[str, list[float]]
@@ -33,12 +36,22 @@ def metrics(
     v = potential.v.x.array
     celerity, reason = _celerity(probes, activation, model.time)
     notes = {} if reason is None else {"celerity": reason}
+    highest = float(comm.allreduce(v.max(initial=-np.inf), MPI.MAX))
+    lowest = float(comm.allreduce(v.min(initial=np.inf), MPI.MIN))
     found: dict[str, float | None] = {
         "celerity": celerity,
-        "potential_max": float(comm.allreduce(v.max(initial=-np.inf), MPI.MAX)),
-        "potential_min": float(comm.allreduce(v.min(initial=np.inf), MPI.MIN)),
+        "potential_max": highest,
+        "potential_min": lowest,
         "amount": potential.amount(),
     }
+    low, high = potential.range
+    if highest > 2 * high - low or lowest < 2 * low - high:
+        notes["potential_max"] = f"far out of the range that the membrane declares, {low:g} to {high:g}"
+        log.warning(
+            "the potential lies between %.5g and %.5g at the end, far out of the membrane's range, %g to %g: "
+            "the stimulus is too strong, or the steps are too long",
+            *(lowest, highest, low, high),
+        )
     displacement = np.zeros((len(v), potential.body.dim))
     if mechanics is not None:
         displacement = model.transfer.displacement().x.array.reshape(-1, potential.body.dim)

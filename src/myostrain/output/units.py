@@ -9,6 +9,8 @@ from myostrain.errors import InputError, nearest, shown
 
 #: What may have a unit.
 QUANTITIES = ("length", "time", "stress", "potential")
+#: A range of a potential in mV is wider than this.
+MILLIVOLTS = 10.0
 
 
 def units_of(membrane: Any, given: Mapping[str, Any]) -> dict[str, str]:
@@ -30,6 +32,8 @@ def units_of(membrane: Any, given: Mapping[str, Any]) -> dict[str, str]:
     for name in ("time", "potential"):
         declared = getattr(membrane, f"{name}_unit", None)
         if declared is None:
+            if name == "potential" and membrane is not None and found.get(name) == "mV":
+                _refuse_millivolts(membrane)
             continue
         if found.setdefault(name, declared) != declared:
             raise InputError(
@@ -38,6 +42,21 @@ def units_of(membrane: Any, given: Mapping[str, Any]) -> dict[str, str]:
                 f"units.{name}",
             )
     return found
+
+
+def _refuse_millivolts(membrane: Any) -> None:
+    """Refuse mV for a potential that goes from 0 to 1 or so.
+
+    Raises:
+        InputError: It does.
+    """
+    low, high = getattr(membrane, "range", (0.0, 1.0))
+    if high - low < MILLIVOLTS:
+        raise InputError(
+            f"the potential of {type(membrane).__name__} has no unit, it lies between {low:g} and {high:g}; "
+            "nothing is converted: leave it out",
+            "units.potential",
+        )
 
 
 def about(potential: Any, title: str, units: Mapping[str, str]) -> dict[str, Any]:

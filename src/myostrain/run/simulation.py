@@ -157,6 +157,9 @@ class Simulation:
                     "%s = %g is no whole number of the steps that solve mechanics (%g); it is %g",
                     *(key, asked, self.step * turn, schedule.interval),
                 )
+        for number, stimulus in enumerate(getattr(model.potential, "stimuli", ()), 1):
+            if (begin := getattr(stimulus, "start", 0.0)) >= end:
+                log.warning("stimulus %d begins at %g: the run ends at %g, before it", number, begin, end)
         self._callbacks = [
             (each.call, Schedule(each.every or self.step * turn, self.step, self.steps, turn))
             for each in callbacks(on_step)

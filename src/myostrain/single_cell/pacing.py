@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from myostrain.errors import ComputationError, InputError
+from myostrain.errors import ComputationError, InputError, nearest
 from myostrain.membranes import check_membrane
 from myostrain.membranes.exponential import exponential_step
 from myostrain.membranes.reaction import GATE_MARGIN
@@ -28,6 +28,11 @@ STEPS = {"ms": 0.01, "s": 1e-5}
 DURATIONS, STEPS_OF_A_STIMULUS = 200.0, 100
 #: Samples of a cycle that the trace holds, about; of the stimulus ten more. Beats that it holds at most.
 SAMPLES, KEPT_BEATS = 2000, 10
+#: Steps of a beat at most: potential and calcium are kept of each.
+MOST_STEPS = 20_000_000
+#: By how many spans of its range the potential may leave it; beyond, the steps are too long or the
+#: stimulus is too strong, though all are numbers.
+FAR = 10
 
 
 class Progress(Protocol):
@@ -121,7 +126,7 @@ def cell(
 
     Raises:
         InputError: No membrane, or a number that cannot be.
-        ComputationError: A gate has left [0, 1], or a state or the potential is no number.
+        ComputationError: A gate has left [0, 1], the potential its range by far, or one is no number.
     """
     check_membrane(membrane)
     names = tuple(getattr(membrane, "states", ()))
@@ -135,13 +140,23 @@ def cell(
         )
     if not (np.isfinite(step) and 0 < step <= cycle - duration):
         raise InputError(f"{step:g}: give a positive time, shorter than the cycle", "step")
-    if beats < 1:
+    if cycle / step > MOST_STEPS:
+        raise InputError(
+            f"{cycle:g}: that makes {cycle / step:.2g} steps of {step:g}; give {MOST_STEPS * step:.3g} at "
+            "most, or longer steps",
+            "cycle",
+        )
+    if isinstance(beats, bool) or not isinstance(beats, int) or beats < 1:
         raise InputError(f"{beats}: give a number of beats, one or more", "beats")
     values = np.array(
         [membrane.resting_potential(), *membrane.resting_states()][: 1 + len(names)], dtype=float
     )
     for name, value in (initial or {}).items():
-        values[["potential", *names].index(name)] = value
+        if name not in (known := ["potential", *names]):
+            raise InputError(f"'{name}' is no state; {nearest(name, known)}", "initial")
+        if not np.isfinite(value):
+            raise InputError(f"{name} is {value}: give a finite number", "initial")
+        values[known.index(name)] = value
     advance, compiled = _integrator(membrane, names)
     calcium = getattr(membrane, "calcium", None)
     watched = [0] if calcium is None else [0, 1 + names.index(calcium)]
@@ -192,13 +207,16 @@ def cell(
 
 
 def _stimulus(membrane: Any, given: tuple[float, float] | None) -> tuple[float, float]:
-    found = getattr(membrane, "pacing", None) if given is None else given
+    found: Any = getattr(membrane, "pacing", None) if given is None else given
     if found is None:
         raise InputError(
             f"{type(membrane).__name__} declares no pacing: give strength (rate of v) and duration",
             "stimulus",
         )
-    strength, duration = map(float, found)
+    try:
+        strength, duration = map(float, found)
+    except (TypeError, ValueError):
+        raise InputError(f"{found!r}: give strength (rate of v) and duration", "stimulus") from None
     if not (np.isfinite(strength) and np.isfinite(duration) and duration > 0):
         raise InputError(f"{found}: give a finite strength and a positive duration", "stimulus")
     return strength, duration
@@ -207,7 +225,6 @@ def _stimulus(membrane: Any, given: tuple[float, float] | None) -> tuple[float, 
 def _integrator(membrane: Any, names: tuple[str, ...]) -> tuple[Callable[..., _Phase], bool]:
     """What advances the values over a time in which the stimulus is constant, and whether it is compiled."""
     loop = _compiled(membrane, names)
-    gates = [1 + names.index(name) for name in getattr(membrane, "gates", ())]
 
     def advance(
         values: Array,
@@ -223,14 +240,14 @@ def _integrator(membrane: Any, names: tuple[str, ...]) -> tuple[Callable[..., _P
         if loop is None:
             found = _by_scipy(membrane, values, applied, times, begin)
             for end in ends:
-                if not _allowed(found[end], gates):
-                    raise _failure(membrane, names, found[end], gates, begin + times[end])
+                if _wrong(membrane, names, found[end]) is not None:
+                    raise _failure(membrane, names, found[end], begin + times[end])
             values[:] = found[-1]
             return _Phase(found[:, watched], begin + times, found[ends], begin + times[ends])
         run, numbers = loop
         seen, sampled, taken = run(values, [length / steps, applied, *numbers], steps, every, watched)
         if taken < steps:
-            raise _failure(membrane, names, values, gates, begin + times[taken])
+            raise _failure(membrane, names, values, begin + times[taken])
         if len(ends) > len(sampled):
             sampled = np.vstack([sampled, values])
         return _Phase(seen, begin + times, sampled, begin + times[ends])
@@ -258,10 +275,8 @@ def _compiled(membrane: Any, names: tuple[str, ...]) -> tuple[TimeLoop, list[flo
         2,
         every_state=True,
     )
-    gates = getattr(membrane, "gates", ())
     good: Any = True
-    for name, value in zip(("potential", *names), after, strict=True):
-        low, high = (-GATE_MARGIN, 1 + GATE_MARGIN) if name in gates else (-1e100, 1e100)
+    for (low, high), value in zip(_limits(membrane, names), after, strict=True):
         good = (value >= low) & (value <= high) & good
     loop = TimeLoop(values, [length, applied, *model.scalars], [*after, good])
     return (loop, model.numbers(membrane)) if loop.compiled else None
@@ -294,22 +309,37 @@ def _by_scipy(membrane: Any, values: Array, applied: float, times: Array, begin:
     return np.ascontiguousarray(found.y.T)
 
 
-def _allowed(values: Array, gates: list[int]) -> bool:
-    inside = (values[gates] >= -GATE_MARGIN) & (values[gates] <= 1 + GATE_MARGIN)
-    return bool(np.isfinite(values).all() and inside.all())
+def _limits(membrane: Any, names: tuple[str, ...]) -> list[tuple[float, float]]:
+    """Between what the potential and the states have to be."""
+    low, high = getattr(membrane, "range", (0.0, 1.0))
+    far = FAR * (high - low)
+    gates = getattr(membrane, "gates", ())
+    of_states = [(-GATE_MARGIN, 1 + GATE_MARGIN) if name in gates else (-1e100, 1e100) for name in names]
+    return [(low - far, high + far), *of_states]
 
 
-def _failure(
-    membrane: Any, names: tuple[str, ...], values: Array, gates: list[int], time: float
-) -> ComputationError:
-    reason = "a value is out of bounds"
-    for index, (name, value) in enumerate(zip(("potential", *names), values.tolist(), strict=True)):
-        if not np.isfinite(value) or abs(value) > 1e100:
-            reason = f"{'the potential' if index == 0 else f'the state {name}'} is {value}"
-            break
-        if index in gates and not -GATE_MARGIN <= value <= 1 + GATE_MARGIN:
-            reason = f"the gate {name} has left [0, 1]: {value:.6g}"
-            break
+def _wrong(membrane: Any, names: tuple[str, ...], values: Array) -> str | None:
+    """What is wrong with the potential or a state, in words; None if nothing is."""
+    limits = _limits(membrane, names)
+    for name, value, (low, high) in zip(("potential", *names), values.tolist(), limits, strict=True):
+        if low <= value <= high:
+            continue
+        what = "the potential" if name == "potential" else f"the state {name}"
+        if not np.isfinite(value):
+            return f"{what} is {value}"
+        if name in getattr(membrane, "gates", ()):
+            return f"the gate {name} has left [0, 1]: {value:.6g}"
+        if name != "potential":
+            return f"{what} is {value:.6g}"
+        range_ = tuple(getattr(membrane, "range", (0.0, 1.0)))
+        return f"{what} is {value:.6g}, far out of its range {range_}"
+    return None
+
+
+def _failure(membrane: Any, names: tuple[str, ...], values: Array, time: float) -> ComputationError:
+    reason = _wrong(membrane, names, values) or "a value is out of bounds"
     return ComputationError(
-        f"{type(membrane).__name__}: {reason}", time=time, advice="a smaller step, or other parameters."
+        f"{type(membrane).__name__}: {reason}",
+        time=time,
+        advice="a smaller step, a weaker stimulus, or other parameters.",
     )

@@ -119,7 +119,8 @@ def draw_cell(paced: Paced, model: str, path: Path) -> Path:
                 panel.plot(x, v, color=BLUE)
                 panel.set_ylabel(label("potential", "potential"))
                 if (apd := paced.last["apd90"]) is not None:
-                    panel.set_title(f"APD90 {apd:.4g}")
+                    unit = getattr(membrane, "time_unit", None) or ""
+                    panel.set_title(f"APD90 {apd:.4g} {unit}".rstrip())
             elif name == "calcium":
                 panel.plot(x, paced.states[str(calcium)][last], color=COLOURS[1])
                 panel.set_ylabel(label(f"calcium {calcium}", "calcium"))
@@ -159,10 +160,16 @@ def end_state(
         raise InputError(
             f"{path} cannot be used: {why}; write it by `myostrain cell {model} --out {folder}`", key
         ) from error
-    names = {"potential", *getattr(membrane, "states", ())}
-    if other != model or set(end) != names:
+    names = ["potential", *getattr(membrane, "states", ())]
+    if other != model:
         raise InputError(
             f"{folder} is of {other}, and the membrane is {model}: take one of the same model", key
+        )
+    if set(end) != set(names):
+        raise InputError(
+            f"{folder} is of a cell with the states {', '.join(end)}, and the membrane has "
+            f"{', '.join(names)}: take one of the same file",
+            key,
         )
     ours = dict(parameters)
     differing = [n for n in {**theirs, **ours} if theirs.get(n) != ours.get(n)]

@@ -82,17 +82,22 @@ def read_cellml(text: str) -> Contents:
     from myokit.formats.cellml import CellMLImporter
 
     try:
-        model = CellMLImporter().model(io.BytesIO(text.encode()))
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            model = CellMLImporter().model(io.BytesIO(text.encode()))
     except myokit.MyokitError as error:
-        said = _line(error)
-        if "not a CellML document" in said:
-            said = "it is no CellML of version 1.0, 1.1 or 2.0"
-        raise Unreadable(f"Myokit cannot read it: {said}") from None
+        what = _line(error)
+        if "not a CellML document" in what:
+            what = "it is no CellML of version 1.0, 1.1 or 2.0"
+        raise Unreadable(f"Myokit cannot read it: {what}") from None
+    for warning in said:
+        if "no initial value" in str(warning.message):  # Myokit would begin at zero
+            raise Unreadable(_line(warning.message))
     return _contents(model)
 
 
-def _line(error: Exception) -> str:
-    """The message of an error in one line."""
+def _line(error: Exception | str) -> str:
+    """The message of an error or a warning in one line."""
     return " ".join(str(error).split())[:300].rstrip(". ")
 
 
