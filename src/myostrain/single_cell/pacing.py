@@ -146,7 +146,7 @@ def cell(
             "most, or longer steps",
             "cycle",
         )
-    if isinstance(beats, bool) or not isinstance(beats, int) or beats < 1:
+    if not (beats >= 1 and beats % 1 == 0):
         raise InputError(f"{beats}: give a number of beats, one or more", "beats")
     values = np.array(
         [membrane.resting_potential(), *membrane.resting_states()][: 1 + len(names)], dtype=float
