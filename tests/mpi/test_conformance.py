@@ -33,6 +33,7 @@ COARSER = {
     "spiral-2d": ["geometry.spacing=6", "output.tip.every=0.2"],
     "slab-3d": ["geometry.spacing=1.5"],
     "ventricle-3d": ["geometry.spacing=3"],
+    "heartbeat-3d": ["geometry.spacing=20", "geometry.layers=1", "circulation.preload=0.1"],
     "niederer-3d": ["geometry.spacing=1.5"],
     "land-1": ["geometry.spacing=0.5"],
     "land-2": ["geometry.spacing=3"],
