@@ -117,7 +117,7 @@ def jobs(quick: bool) -> dict[str, Job]:
             made[f"{name} jumps, solid"] = Job("jumps.jumps", solid, 20.0)
         for approach, activation in (("strain", GAMMA), ("stress", TENSIONS[name])):
             held: dict[str, Any] = {"law": law, "approach": approach, "activation": activation, "at": PRELOAD}
-            steps = {"steps": 24 if quick else 60}
+            steps = {"steps": 24}
             swings = held | steps | {"slopes": list(SLOPES)}
             made[f"{name} {approach} swings"] = Job("staggering.swings", swings, 1.5)
             lags = held | steps | {"slope": SLOPES[-1], "shares": list(SHARES)}
