@@ -164,7 +164,7 @@ def cell(
     kept: list[tuple[Array, Array]] = []
     measured: list[Mapping[str, float | None]] = []
     notes: dict[str, str] = {}
-    for beat in range(beats):
+    for beat in range(int(beats)):
         begin, start = beat * cycle, values.copy()
         sampling = max(1, round(cycle / SAMPLES / step))
         phases = [
