@@ -198,7 +198,8 @@ class Case:
         strain = _take(part["activation"], active)
         through = _take(part["activation"], TransmuralSection)
         material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
-        connected = part["circulation"] and pick(part["circulation"], "circulation.kind", CIRCULATIONS)
+        tied = "circulation" in data
+        connected = pick(part["circulation"], "circulation.kind", CIRCULATIONS) if tied else None
         scheme = pick(part["time"], "time.scheme", SCHEMES, "second-order")
 
         for section in ("geometry", "fibres", "cell", "drive"):
@@ -256,7 +257,7 @@ class Case:
                 "mechanics",
                 also=("kinematics", "every", *(f.name for f in dataclasses.fields(kin))),
             ),
-            "cavities": make_cavities(connected, part["circulation"]) if connected else None,
+            "cavities": make_cavities(connected, part["circulation"]) if tied else None,
             "kinematics": make(kin, constraint, "mechanics"),
             "scheme": make(
                 scheme,
