@@ -72,9 +72,9 @@ def _laws(measured: Measured) -> Figure:
                     row["delay_share"], row["tenth_length"], shape, ms=7, mec="black", mfc=colour, zorder=3
                 )
         ax.axhline(1, color=GREY, lw=0.6, zorder=0)
-        ax.set(title=jobs.MEMBRANES[membrane][1], xlim=(-0.02, 1.1), ylim=(0.8, LONGEST))
+        ax.set(title=jobs.MEMBRANES[membrane][1], xlim=(-0.02, 1.45), ylim=(0.8, LONGEST))
         ax.set_xlabel("delay of the peak over repolarisation")
-        ax.legend(loc="upper right", fontsize=8)
+        ax.legend(loc="lower right", fontsize=8)
     figure.axes[0].set_ylabel("end of contraction over repolarisation")
     return figure
 
