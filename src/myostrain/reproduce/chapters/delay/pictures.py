@@ -74,7 +74,7 @@ def _laws(measured: Measured) -> Figure:
         ax.axhline(1, color=GREY, lw=0.6, zorder=0)
         ax.set(title=jobs.MEMBRANES[membrane][1], xlim=(-0.02, 1.45), ylim=(0.8, LONGEST))
         ax.set_xlabel("delay of the peak over repolarisation")
-        ax.legend(loc="lower right", fontsize=8)
+        ax.legend(loc="center right", fontsize=8)
     figure.axes[0].set_ylabel("end of contraction over repolarisation")
     return figure
 
