@@ -100,6 +100,9 @@ class OneConstraint(OneOf):
     def constraint_residual(self, F, Jo):
         return self.sum_of("constraint_residual", F, Jo)
 
+    def pressure_energy(self, F, Jo, p):
+        return self.sum_of("pressure_energy", F, Jo, p)
+
     def volume_ratio(self, F, Jo):
         return self.sum_of("volume_ratio", F, Jo)
 

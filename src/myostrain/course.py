@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Protocol, runtime_checkable
 
 from myostrain.errors import InputError
 from myostrain.validation import Finite
@@ -26,6 +26,15 @@ Course = Annotated[Finite | tuple[tuple[Finite, Finite], ...], AfterValidator(_a
 """A value over simulated time: a number, or points (time, value) joined by straight lines."""
 
 
+@runtime_checkable
+class Solution(Protocol):
+    """A value over simulated time by an equation of its own."""
+
+    def at(self, time: float) -> float:
+        """The value at a time."""
+        ...
+
+
 def check_course(course: Course, key: str) -> None:
     """Refuse points that are no function of time.
 
@@ -38,15 +47,17 @@ def check_course(course: Course, key: str) -> None:
         raise InputError(f"{error}, not {course}", key) from None
 
 
-def value_at(course: Course, time: float) -> float:
+def value_at(course: Course | Solution, time: float) -> float:
     """The value at a time; before the first point and after the last one it is theirs."""
+    if isinstance(course, Solution):
+        return course.at(time)
     if not isinstance(course, Sequence):
         return float(course)
     times, values = np.array(course).T
     return float(np.interp(time, times, values))
 
 
-def missed_peaks(course: Course, step: float, end: float) -> list[tuple[float, float]]:
+def missed_peaks(course: Course | Solution, step: float, end: float) -> list[tuple[float, float]]:
     """Peaks (time, value) of a course that lie between two steps, so that nothing sees them.
 
     Args:

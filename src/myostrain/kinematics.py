@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Protocol
 
 from myostrain.errors import InputError
-from myostrain.validation import NonNegative, Positive, description
+from myostrain.validation import Flag, NonNegative, Positive, description
 
 import ufl
 
@@ -84,6 +84,13 @@ class Kinematics(Protocol):
         """What the pressure drives to zero (only where ``has_pressure``)."""
         ...
 
+    def pressure_energy(self, F: Any, Jo: Any, p: Any) -> Any:
+        """What an unknown pressure p adds to the energy, stationary where the constraint holds.
+
+        Only where ``has_pressure``; −p times the residual of the constraint where that is exact.
+        """
+        ...
+
     def scaled_by(self, modulus: float) -> Kinematics:
         """The same with what is to fit the material's modulus."""
         ...
@@ -101,6 +108,14 @@ class _SeesF:
     """A kinematics whose passive energy sees all of F, and nothing else."""
 
     free_thickness: ClassVar[bool] = False
+
+    def constraint_residual(self, F: Any, Jo: Any) -> Any:
+        """None."""
+        raise NotImplementedError(f"{type(self).__name__} has no pressure unknown")
+
+    def pressure_energy(self, F: Any, Jo: Any, p: Any) -> Any:
+        """−p times the residual of the constraint."""
+        return -p * self.constraint_residual(F, Jo)
 
     def scaled_by(self, modulus: float) -> Any:
         """Itself: nothing is to fit the material."""
@@ -143,10 +158,6 @@ class Line(_SeesF):
     def held_volume_ratio(self, stretches: Sequence[float]) -> float:
         """The stretch itself."""
         return math.prod(stretches)
-
-    def constraint_residual(self, F: Any, Jo: Any) -> Any:
-        """A line has no constraint."""
-        raise NotImplementedError("a line has no constraint")
 
 
 def _held(constraint: Constraint, stretches: Sequence[float]) -> float:
@@ -209,10 +220,6 @@ class PlaneStress(_SeesF):
         """What makes the faces free, σ₃₃ = 0."""
         return sigma[2, 2]
 
-    def constraint_residual(self, F: Any, Jo: Any) -> Any:
-        """The constraint is eliminated."""
-        raise NotImplementedError("plane stress has no pressure unknown")
-
 
 @description
 class PlaneStrain(_SeesF):
@@ -257,7 +264,8 @@ class Solid:
     The pair of displacement (P2) and pressure (P1) is the stable one of Taylor and Hood. With a bulk modulus
     κ there is no pressure: the energy sees the part of F without change of volume, (J*/J)^⅓ F where J* is one
     or Jo, and κ/4 ((J/J*)² − 1 − 2 ln (J/J*)) is added to it. It tends to the incompressible body like 1/κ;
-    beyond some thousand times the shear modulus quadratic displacements lock.
+    beyond some thousand times the shear modulus quadratic displacements lock. ``mixed`` makes an unknown of
+    the pressure there too, by the Legendre transform of the added energy: the same body, without locking.
 
     The pressure keeps the volume in the mean of each cell's neighbourhood only, and an inflated body can then
     lose its stability in what is left, though the continuous body is stable: of problem 2 of Land et al. 2015
@@ -269,12 +277,15 @@ class Solid:
     Args:
         constraint: "total": J = 1 (3.8); "elastic": det Fe = 1, so that J = Jo.
         bulk_modulus: κ of a nearly incompressible body, a pressure; None for an incompressible one.
+        mixed: Whether the pressure of a nearly incompressible body is an unknown, as that of an
+            incompressible one is in any case.
         augmentation: a of an incompressible body, a pressure, zero for none; the material's modulus unless
             given (none for a material that does not say its modulus).
     """
 
     constraint: Constraint = "total"
     bulk_modulus: Positive | None = None
+    mixed: Flag = False
     augmentation: NonNegative | None = None
     dim: ClassVar[int] = 3
     tensor_dim: ClassVar[int] = 3
@@ -292,7 +303,7 @@ class Solid:
     @property
     def has_pressure(self) -> bool:
         """Whether the constraint is enforced by an unknown pressure."""
-        return self.bulk_modulus is None
+        return self.bulk_modulus is None or self.mixed
 
     def lift(self, F: Any, Jo: Any) -> Any:
         """F itself, 3 × 3."""
@@ -317,12 +328,21 @@ class Solid:
         return _held(self.constraint, stretches)
 
     def pressure(self, sigma: Any, unknown: Any) -> Any:
-        """The unknown one; none of a nearly incompressible body, whose energy holds it all."""
+        """The unknown one, or none: the energy holds it all."""
         return 0.0 if unknown is None else unknown
 
     def constraint_residual(self, F: Any, Jo: Any) -> Any:
-        """det F − J."""
+        """det F − J, which in a nearly incompressible body is not zero."""
         return ufl.det(F) - _target(self.constraint, Jo)
+
+    def pressure_energy(self, F: Any, Jo: Any, p: Any) -> Any:
+        """−p (det F − J), or −p det F − U*(−p J), U* the Legendre transform of the energy of the volume."""
+        if self.bulk_modulus is None:
+            return -p * self.constraint_residual(F, Jo)
+        share = -p * _target(self.constraint, Jo) / self.bulk_modulus
+        ratio = share + ufl.sqrt(share**2 + 1)  # where U′ is −p J
+        dual = self.bulk_modulus * (share * ratio - (ratio**2 - 1 - 2 * ufl.ln(ratio)) / 4)
+        return -p * ufl.det(F) - dual
 
     def distortion(self, F: Any, Jo: Any) -> Any:
         """What of F the passive energy sees: all, or what does not change the volume."""
@@ -339,6 +359,8 @@ class Solid:
     def volume_energy(self, F: Any, Jo: Any) -> Any:
         """Energy of the change of volume per reference volume, zero where there is none."""
         ratio = ufl.det(F) / _target(self.constraint, Jo)
+        if self.bulk_modulus is not None and self.mixed:
+            return 0.0  # the pressure has it
         if self.bulk_modulus is None:
             return 0.0 if self.augmentation is None else self.augmentation / 2 * (ratio - 1) ** 2
         return self.bulk_modulus / 4 * (ratio**2 - 1 - 2 * ufl.ln(ratio))

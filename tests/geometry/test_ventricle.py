@@ -367,3 +367,33 @@ def test_damaged_xdmf(xdmf, tmp_path):
     with XDMFFile(ALONE, str(tmp_path / "body.xdmf"), "w") as file:
         file.write_mesh(flat)
     assert "6 cells of no size" in says()
+
+
+def test_a_base_that_is_part_of_a_cone():
+    """Ventricle.base of two heights: rims at them, the base between straight, the volume in closed form; both
+    kinds of cone, higher inside and higher outside, and about another axis."""
+    for base, axis in (((5.0, 3.0), "z"), ((3.0, 5.0), "x")):
+        shape = Ventricle(base=base, spacing=2.0, axis=axis)
+        coarse, fine = Measured(shape), Measured(Ventricle(base=base, spacing=1.0, axis=axis))
+        errors = [abs(mesh.volume / shape.volume - 1) for mesh in (coarse, fine)]
+        assert errors[0] < 0.03
+        assert errors[1] < 0.4 * errors[0]
+        x = np.roll(fine.nodes_of("base"), {"z": 0, "x": -1}[axis], axis=1)
+        r = np.hypot(x[:, 0], x[:, 1])
+        radii = [s * np.sqrt(1 - (z / c) ** 2) for z, s, c in zip(base, (7, 10), (17, 20), strict=True)]
+        np.testing.assert_allclose([r.min(), r.max()], radii, atol=1e-6)  # that of gmsh
+        np.testing.assert_allclose(x[:, 2], np.interp(r, radii, base), atol=1e-6)
+    with pytest.raises(InputError, match="epicardium") as raised:
+        Ventricle(base=(5.0, -20.5)).counts()
+    assert raised.value.key == "geometry.base"
+
+
+def test_fibres_about_another_axis():
+    """EllipsoidalFibres.axis: those about Z, turned with the mesh."""
+    turned, upright = (Ventricle(spacing=3.0, axis=axis).mesh(ALONE) for axis in "yz")
+    found = {}
+    for name, wall in (("y", turned), ("z", upright)):
+        f0 = EllipsoidalFibres(axis=name).directions_on(wall).f0
+        expression = fem.Expression(f0, np.full((1, 3), 0.25))
+        found[name] = expression.eval(wall.mesh, np.arange(20, dtype=np.int32)).reshape(-1, 3)
+    np.testing.assert_allclose(np.roll(found["y"], 1, axis=1), found["z"], atol=1e-12)

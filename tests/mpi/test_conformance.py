@@ -38,6 +38,8 @@ COARSER = {
     "land-1": ["geometry.spacing=0.5"],
     "land-2": ["geometry.spacing=3"],
     "land-3": ["geometry.spacing=3"],
+    "arostica-0a": ["geometry.spacing=0.02", "geometry.layers=1"],
+    "arostica-1": ["geometry.spacing=0.02", "geometry.layers=1"],
 }
 
 #: Mechanics to round-off: what is left is the potential's linear solver, whose preconditioner is each

@@ -11,7 +11,7 @@ from PIL import Image
 
 from small_cases import command_line
 
-SOLIDS = ["Guccione1995", "HolzapfelOgden2009", "MooneyRivlin", "NeoHookean", "Usyk2002"]
+SOLIDS = ["Arostica2025", "Guccione1995", "HolzapfelOgden2009", "MooneyRivlin", "NeoHookean", "Usyk2002"]
 
 
 @pytest.fixture

@@ -7,10 +7,12 @@ from myostrain.errors import ComputationError, InputError
 from myostrain.kinematics import Line, PlaneStrain, PlaneStress, Solid
 from myostrain.materials import NeoHookean, Spring
 from myostrain.mechanics.keywords import FORMER
+from myostrain.mechanics.normals import smooth_normal
 from myostrain.mechanics.quadrature import QuadraturePoints
 
 import numpy as np
 import pytest
+import ufl
 
 from solid_tools import quick_kernels
 
@@ -349,3 +351,25 @@ def test_what_a_mechanics_is():
     assert (
         repr(free) == "Mechanics(PlaneStress, NeoHookean, Fibre; 16 cells, 30 unknowns, 3 rigid motions free)"
     )
+
+
+def test_the_normal_of_a_smooth_part():
+    """That of a circle exactly, of a sphere nearly, at its rim too, where facets are on one side only: by
+    their own normals a body would be stuck where they meet. A part with edges keeps them."""
+    disc = ms.build(ms.geometry.Ellipse(size=(20.0, 20.0), spacing=4.0), ms.UniformFibres((1.0, 0.0)))
+    shape = ms.geometry.Ventricle(endocardium=(7.0, 7.0), epicardium=(10.0, 10.0), base=1.0, spacing=3.0)
+    ball = ms.build(shape, ms.UniformFibres((1.0, 0.0, 0.0)))
+    for body, part, centre in ((disc, "boundary", [10.0, 10.0]), (ball, "epicardium", [0.0, 0.0, 0.0])):
+        x, own = ufl.SpatialCoordinate(body.mesh), ufl.FacetNormal(body.mesh)
+        away = x - ufl.as_vector(centre)
+        exact = away / ufl.sqrt(ufl.inner(away, away))
+        ds = body.boundary_measure([part], 4)
+        off = [
+            fem.assemble_scalar(fem.form(ufl.inner(n - exact, n - exact) * ds)) ** 0.5
+            for n in (smooth_normal(body, [part]), own)
+        ]
+        assert off[0] < (1e-12 if body is disc else 0.1) * off[1]  # measured 0.04
+    box = ms.build(ms.geometry.Rectangle(size=(2.0, 1.0), spacing=0.5), ms.UniformFibres((1.0, 0.0)))
+    assert isinstance(smooth_normal(box, None), ufl.FacetNormal)
+    slope, ds = smooth_normal(box, ["top"]), box.boundary_measure(["top"], 4)
+    assert fem.assemble_scalar(fem.form(abs(slope[1] - 1) * ds)) < 1e-12

@@ -48,8 +48,9 @@ def test_stress_and_tangent_are_the_derivatives_of_the_energy(points, rng):
     H = rng.standard_normal(F.shape)
     H /= np.linalg.norm(H, axis=(1, 2), keepdims=True)
     _, P, tangent = points(F, frame, H)
-    energy_rate = difference(lambda h: points(F + h * H, frame)[0], 1e-4)
-    stress_rate = difference(lambda h: points(F + h * H, frame)[1], 1e-4)
+    h = 2e-5  # the steepest switch takes some 0.01
+    energy_rate = difference(lambda h: points(F + h * H, frame)[0], h)
+    stress_rate = difference(lambda h: points(F + h * H, frame)[1], h)
     # Measured 3e-12 of the largest value, round-off / h. None of these samples is so near to a jump of the
     # third derivative (the switch of tension in HolzapfelOgden2009) that the differences reach across.
     np.testing.assert_allclose(
@@ -99,8 +100,9 @@ def test_natural_state(points, rng):
     one = np.broadcast_to(np.eye(points.dim), deformed.shape)
     W, P, _ = points(one, frame)
     pressure = np.trace(P, axis1=1, axis2=2) / points.dim
+    size = max(1.0, np.abs(points(deformed, frame)[1]).max() / 100)  # of laws in Pa
     np.testing.assert_allclose(W, 0, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(P, pressure[:, None, None] * one, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(P, pressure[:, None, None] * one, rtol=0, atol=1e-14 * size)
     if points.dim == 1:
         np.testing.assert_allclose(P, 0, rtol=0, atol=1e-14)
     assert points(deformed, frame)[0].min() > 0

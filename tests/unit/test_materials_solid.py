@@ -8,7 +8,7 @@ from myostrain.activation import Fibre, TransverselyIsotropic
 from myostrain.engine import fem
 from myostrain.geometry import EllipsoidalFibres, Microstructure, Ventricle
 from myostrain.kinematics import Solid
-from myostrain.materials import Guccione1995, HolzapfelOgden2009, NeoHookean, Spring, Usyk2002
+from myostrain.materials import Arostica2025, Guccione1995, HolzapfelOgden2009, NeoHookean, Spring, Usyk2002
 from myostrain.mechanics.cavity import Cavity
 from myostrain.output.figures.material import draw_material, equibiaxial, simple_shear, uniaxial
 
@@ -217,6 +217,37 @@ def test_orthotropic_materials_need_sheets(cls):
     assert raised.value.key == "fibres.sheet"
     given = float(cls().energy(F, Microstructure(f0, s0, n0))(()))
     assert float(cls().energy(F, Microstructure(f0, s0))(())) == pytest.approx(given, rel=1e-14)
+
+
+def test_the_law_of_the_benchmark_of_elastodynamics(rng):
+    """Arostica2025: its energy and stress by hand, J not one; and that of rest, which is none."""
+    m = Arostica2025()
+    F, frame = deformations(N, 3, rng, low=0.85, high=1.2), rotations(N, 3, rng)
+    f, s, J = frame[:, :, 0], frame[:, :, 1], np.linalg.det(F)
+    Ff, Fs = np.einsum("nij,nj->ni", F, f), np.einsum("nij,nj->ni", F, s)
+    back = np.linalg.inv(F).transpose(0, 2, 1)
+    bar = J ** (-2 / 3) * (F**2).sum((1, 2))
+    W = m.a / (2 * m.b) * np.expm1(m.b * (bar - 3))
+    matrix = m.a / 2 * np.exp(m.b * (bar - 3))
+    P = matrix[:, None, None] * (2 * (J ** (-2 / 3))[:, None, None] * F - 2 / 3 * bar[:, None, None] * back)
+    for a, b, v, n in ((m.a_f, m.b_f, Ff, f), (m.a_s, m.b_s, Fs, s)):
+        x = (v**2).sum(1) - 1
+        chi = 1 / (1 + np.exp(-m.k * x))
+        W += a / (2 * b) * chi * np.expm1(b * x**2)
+        slope = (
+            a / (2 * b) * (m.k * chi * (1 - chi) * np.expm1(b * x**2) + chi * 2 * b * x * np.exp(b * x**2))
+        )
+        P += 2 * slope[:, None, None] * v[:, :, None] * n[:, None, :]
+    x = (Ff * Fs).sum(1)
+    W += m.a_fs / (2 * m.b_fs) * np.expm1(m.b_fs * x**2)
+    both = Ff[:, :, None] * s[:, None, :] + Fs[:, :, None] * f[:, None, :]
+    P += (m.a_fs * x * np.exp(m.b_fs * x**2))[:, None, None] * both
+    energy, stress, _ = Points(m)(F, frame)
+    np.testing.assert_allclose(energy, W, rtol=1e-11)
+    np.testing.assert_allclose(stress, P, rtol=0, atol=1e-11 * np.abs(P).max())
+    at_rest = Points(m)(np.tile(ONE, (N, 1, 1)), frame)
+    assert np.abs(at_rest[0]).max() == 0
+    assert np.abs(at_rest[1]).max() < 1e-12 * m.a
 
 
 def test_published_parameters():

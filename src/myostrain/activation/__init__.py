@@ -7,6 +7,7 @@ and replaceable by an object of the user's script.
 """
 
 from myostrain.activation.active_stress import ActiveStress
+from myostrain.activation.bestel_2001 import Bestel2001
 from myostrain.activation.contracts import (
     ActivationLaw,
     ActiveDeformation,
@@ -32,6 +33,7 @@ __all__ = [
     "ActiveDeformation",
     "ActiveStress",
     "ActiveTension",
+    "Bestel2001",
     "Fibre",
     "FibreTension",
     "GoektepeKuhl2010",

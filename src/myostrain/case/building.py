@@ -98,7 +98,9 @@ def _activity(case: Any, body: geometry.Body) -> Any:
 
 def _warn_of_missed_peaks(case: Any, step: float) -> None:
     """Warn of peaks in time that lie between two steps, where nothing sees them."""
-    courses = {f"mechanics.pressure.{k}": c for k, c in (case.mechanics.pressure or {}).items()}
+    courses: dict[str, Any] = {
+        f"mechanics.pressure.{k}": c for k, c in (case.mechanics.pressure or {}).items()
+    }
     for part, components in (case.mechanics.displacement or {}).items():
         courses |= {f"mechanics.displacement.{part}.{name}": c for name, c in components.items()}
     for part, course in (case.mechanics.traction or {}).items():

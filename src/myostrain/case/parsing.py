@@ -62,13 +62,20 @@ def make(
     if found["type"] == "missing" and not isinstance(place[-1], int):
         raise InputError("missing", key)
     if found["type"] == "unexpected_keyword_argument":
-        inner = typing.get_args(typing.get_type_hints(cls)[str(place[0])])
-        known = [f.name for part in inner if dataclasses.is_dataclass(part) for f in dataclasses.fields(part)]
+        inner = _descriptions(typing.get_type_hints(cls)[str(place[0])])
+        known = [f.name for part in inner for f in dataclasses.fields(part)]
         raise InputError(f"no such key; {nearest(str(place[-1]), known)}", key)
     kind = str(typing.get_type_hints(cls).get(str(place[0]))) if place else ""
     # What does not fit together is no single value.
     given = f", not {shown(found['input'])}" if place else ""
     raise InputError(f"{plain_words(found, kind)}{given}", key)
+
+
+def _descriptions(kind: Any) -> list[Any]:
+    """The descriptions that a type is made of."""
+    if dataclasses.is_dataclass(kind):
+        return [kind]
+    return [found for part in typing.get_args(kind) for found in _descriptions(part)]
 
 
 def make_placed(cls: Any, given: Any, section: str) -> tuple[Any, ...]:

@@ -13,7 +13,7 @@ from myostrain import cases
 from myostrain.case.case import Case
 from myostrain.engine import MPI
 from myostrain.errors import InputError
-from myostrain.output import published
+from myostrain.output import curves, published
 from myostrain.output.codes import compare_times, known
 from myostrain.output.folder import check_path, load_results, on_first, write_atomically, write_json, writing
 from myostrain.output.lock import FolderLock
@@ -38,6 +38,7 @@ NUMERICS = (
         "time.scheme.",
     ),
     *("mechanics.every.", "mechanics.tolerance.", "mechanics.augmentation.", "mechanics.ellipticity."),
+    "mechanics.spectral_radius.",
 )
 
 #: Metrics of the rigid twin that are compared.
@@ -116,6 +117,10 @@ def run_case(
                 elif found := compare_times(case.name, results["probes"]):
                     results["metrics"] |= found["times"]
                     results["published"] = found
+                elif curves.known(case.name):
+                    found = curves.compare(case.name, out, comm)
+                    results["metrics"] |= {f"rms_{key}": entry["rms"] for key, entry in found.items()}
+                    results["curves"] = found
                 elif found := published.compare(case.name, simulation.model.mechanics, out, comm):
                     results["metrics"] |= {name: entry["value"] for name, entry in found.items()}
                     results["benchmark"] = found
@@ -144,11 +149,12 @@ def changed_problem(case: Case) -> dict[str, tuple[Any, Any]]:
 
     Mesh sizes, load steps, solvers and what is written belong to no problem.
     """
-    if published.find(case.name) is None and not known(case.name):
+    over_time = known(case.name) or curves.known(case.name)
+    if published.find(case.name) is None and not over_time:
         return {}
     shipped = Case.from_file(cases.path(case.name)).parameters
     found = differences(shipped, json.loads(json.dumps(case.parameters)))
-    kept = (*NUMERICS, "time.end.") if known(case.name) else NUMERICS  # when, not whether, it is activated
+    kept = (*NUMERICS, "time.end.") if over_time else NUMERICS  # when, not whether, it is activated
     return {key: pair for key, pair in found.items() if not f"{key}.".startswith(kept)}
 
 

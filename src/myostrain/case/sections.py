@@ -15,7 +15,7 @@ from myostrain.electrics.front import Current
 from myostrain.electrics.potential import Balance
 from myostrain.errors import InputError
 from myostrain.mechanics.imposed_stretch import ImposedStretch
-from myostrain.mechanics.loads import VectorCourse
+from myostrain.mechanics.loads import PressureCourse, VectorCourse
 from myostrain.membranes.reaction import default_integrator
 from myostrain.output.fields import FieldName
 from myostrain.output.tips import Tip
@@ -176,7 +176,7 @@ class MechanicsSection:
     robin_normal: Mapping[str, NonNegative] | None = None
     damping: Mapping[str, NonNegative] | None = None
     damping_normal: Mapping[str, NonNegative] | None = None
-    pressure: Mapping[str, Course] | None = None
+    pressure: Mapping[str, PressureCourse] | None = None
     traction: Mapping[str, VectorCourse] | None = None
     displacement: Mapping[str, Mapping[Literal["x", "y", "z"], Course]] | None = None
     fixed: tuple[str, ...] = ()

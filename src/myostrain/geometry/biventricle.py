@@ -124,7 +124,8 @@ class Biventricle:
             septum_and_left, _ = occ.cut(left.add(gmsh), surfaces["left_inner"].add(gmsh))
             free_wall, _ = occ.cut(right.add(gmsh), surfaces["right_inner"].add(gmsh) + left.add(gmsh))
             walls, _ = occ.fuse(septum_and_left, free_wall)
-            below(gmsh, walls, self.base, self.right_centre + max(*self.left, *self.right) + self.left_wall)
+            reach = self.right_centre + max(*self.left, *self.right) + self.left_wall
+            below(gmsh, walls, (self.base, self.base), (0.0, 1.0), reach)
 
         names = ("endocardium_left", "endocardium_right", "epicardium", "base")
         thickness = min(self.left_wall, self.right_wall)

@@ -6,6 +6,7 @@ from typing import Any
 
 from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError
+from myostrain.geometry.ellipsoids import Axis, roll
 from myostrain.geometry.fibres import Microstructure
 from myostrain.geometry.meshed import Meshed
 from myostrain.validation import Finite, Positive, description
@@ -40,17 +41,20 @@ class EllipsoidalFibres:
         epicardium: Semi-axes (short, long) at t = 1.
         helix: α at endocardium and epicardium, degrees.
         sheet: β at endocardium and epicardium, degrees.
+        axis: The long axis, as that of the geometry.
     """
 
     endocardium: tuple[Positive, Positive] = (7.0, 17.0)
     epicardium: tuple[Positive, Positive] = (10.0, 20.0)
     helix: tuple[Finite, Finite] = (90.0, -90.0)
     sheet: tuple[Finite, Finite] = (0.0, 0.0)
+    axis: Axis = "z"
 
     def depth(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """The depth t of points (3, n), by Newton's method; not finite where there is none."""
         inner, outer = np.array(self.endocardium), np.array(self.epicardium)
-        squares = np.stack([points[0] ** 2 + points[1] ** 2, points[2] ** 2])
+        x, y, z = np.roll(points, -roll(self.axis), axis=0)
+        squares = np.stack([x**2 + y**2, z**2])
         growth = (outer - inner)[:, None]
         t = np.zeros(points.shape[1])
         with np.errstate(all="ignore"):
@@ -86,7 +90,9 @@ class EllipsoidalFibres:
             inner + depth * (outer - inner)
             for inner, outer in zip(self.endocardium, self.epicardium, strict=True)
         )
-        x, y, z = ufl.SpatialCoordinate(mesh)
+        at = ufl.SpatialCoordinate(mesh)
+        back = roll(self.axis)
+        x, y, z = (at[(i + back) % 3] for i in range(3))
         on_axis = ufl.lt(x**2 + y**2, (1e-9 * self.endocardium[0]) ** 2)
         x = ufl.conditional(on_axis, 1e-9 * self.endocardium[0], x)
         y = ufl.conditional(on_axis, 0.0, y)
@@ -94,6 +100,7 @@ class EllipsoidalFibres:
         around = ufl.as_vector([-y / r, x / r, 0.0])
         upwards = ufl.as_vector([-a / c * z * x / r, -a / c * z * y / r, c / a * r])
         upwards /= ufl.sqrt(ufl.dot(upwards, upwards))
+        around, upwards = (ufl.as_vector([v[(i - back) % 3] for i in range(3)]) for v in (around, upwards))
         return turned(around, upwards, _between(self.helix, inside), _between(self.sheet, inside))
 
     def _check(self, mesh: Any) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from myostrain.errors import InputError
 from myostrain.geometry.gmsh_model import to_meshed
@@ -49,11 +49,40 @@ class Ellipsoid:
         return ball
 
 
-def below(gmsh: Any, shape: list[tuple[int, int]], z: float, reach: float) -> list[tuple[int, int]]:
-    """What of a shape within ``reach`` of the origin is below the height ``z``."""
-    occ = gmsh.model.occ
-    box = [(3, occ.addBox(-2 * reach, -2 * reach, -2 * reach, 4 * reach, 4 * reach, 2 * reach + z))]
-    return list(occ.intersect(shape, box)[0])
+Axis = Literal["x", "y", "z"]
+"""An axis of the mesh."""
+
+
+def roll(axis: Axis) -> int:
+    """By how many places coordinates about Z are to be rolled for an axis in place of Z."""
+    return "zxy".index(axis)
+
+
+def below(
+    gmsh: Any,
+    shape: list[tuple[int, int]],
+    z: tuple[float, float],
+    r: tuple[float, float],
+    reach: float,
+) -> list[tuple[int, int]]:
+    """What of a shape is below the cone through two circles about Z, or the plane that they lie in.
+
+    Args:
+        gmsh: The module.
+        shape: The shape, within ``reach`` of the origin.
+        z: Heights of the circles.
+        r: Their radii.
+        reach: A length.
+    """
+    occ, slope = gmsh.model.occ, (z[1] - z[0]) / (r[1] - r[0])
+    if not slope:
+        box = occ.addBox(-2 * reach, -2 * reach, -2 * reach, 4 * reach, 4 * reach, 2 * reach + z[0])
+        return list(occ.intersect(shape, [(3, box)])[0])
+    tip = z[0] - slope * r[0]
+    # Of the two nappes of the cone the one that is a solid: of what is below, or of what is above.
+    height = -2 * reach if slope < 0 else 2 * reach
+    cone = [(3, occ.addCone(0, 0, tip, 0, 0, height, 0, abs(height / slope)))]
+    return list((occ.intersect if slope < 0 else occ.cut)(shape, cone)[0])
 
 
 def mesh_walls(

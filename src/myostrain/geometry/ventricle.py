@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from myostrain.errors import InputError
 from myostrain.geometry.body import cells_along, check_size
-from myostrain.geometry.ellipsoids import Ellipsoid, Points, below, counts, mesh_walls
+from myostrain.geometry.ellipsoids import Axis, Ellipsoid, Points, below, counts, mesh_walls, roll
 from myostrain.geometry.meshed import Meshed
 from myostrain.validation import Count, Finite, Positive, description
 
@@ -24,7 +24,8 @@ log = logging.getLogger("myostrain")
 class Ventricle:
     """A truncated ellipsoidal left ventricle: between two ellipsoids, below a plane; apex at the bottom.
 
-    The axis is Z, the centre of both ellipsoids the origin. Boundaries: "endocardium", "epicardium", "base".
+    The axis is Z, unless said otherwise, the centre of both ellipsoids the origin. Boundaries: "endocardium",
+    "epicardium", "base".
     The defaults are those of problems 2 and 3 of Land et al. 2015 (Proc. R. Soc. A 471: 20150641,
     doi 10.1098/rspa.2015.0641), in mm. Any unit of length will do if the others fit it.
 
@@ -34,17 +35,21 @@ class Ventricle:
     Args:
         endocardium: Semi-axes (short, long) of the inner ellipsoid, across and along Z.
         epicardium: Semi-axes (short, long) of the outer ellipsoid, larger than the inner ones.
-        base: Height Z of the plane, within the inner ellipsoid.
+        base: Height Z of the plane, within the inner ellipsoid; or heights of the rims of endocardium and
+            epicardium, which straight lines join, so that the base is part of a cone.
         spacing: Edge length wanted.
         layers: Layers of cells through the wall; the whole number next to wall / spacing unless given, with
             a warning where a layer's thickness is a fifth or more off the spacing.
+        axis: The axis of the mesh along which the long axis lies, the base towards its positive end; the
+            other two follow in their order.
     """
 
     endocardium: tuple[Positive, Positive] = (7.0, 17.0)
     epicardium: tuple[Positive, Positive] = (10.0, 20.0)
-    base: Finite = 5.0
+    base: Finite | tuple[Finite, Finite] = 5.0
     spacing: Positive = 1.5
     layers: Count | None = None
+    axis: Axis = "z"
     dim: ClassVar[int] = 3
 
     def _check(self) -> None:
@@ -55,12 +60,25 @@ class Ventricle:
                 f"{list(outer)} is not larger than the endocardium's {list(inner)}, short and long semi-axis",
                 "geometry.epicardium",
             )
-        if abs(self.base) >= inner[1]:
-            raise InputError(
-                f"the plane Z = {self.base:g} does not cut the endocardium: give a height between "
-                f"{-inner[1]:g} and {inner[1]:g}",
-                "geometry.base",
-            )
+        for height, name, semi_axes in zip(self.rims, ("endo", "epi"), (inner, outer), strict=True):
+            if abs(height) >= semi_axes[1]:
+                raise InputError(
+                    f"the plane Z = {height:g} does not cut the {name}cardium: give a height between "
+                    f"{-semi_axes[1]:g} and {semi_axes[1]:g}",
+                    "geometry.base",
+                )
+
+    @property
+    def rims(self) -> tuple[float, float]:
+        """Heights Z of the rims of endocardium and epicardium."""
+        return self.base if isinstance(self.base, tuple) else (self.base, self.base)
+
+    @property
+    def _radii(self) -> tuple[float, float]:
+        """Radii of the rims."""
+        ends = zip((self.endocardium, self.epicardium), self.rims, strict=True)
+        inner, outer = (short * float(np.sqrt(1 - (z / long) ** 2)) for (short, long), z in ends)
+        return inner, outer
 
     def at_depth(self, t: float) -> Ellipsoid:
         """The ellipsoid at the depth t in the wall: 0 endocardium, 1 epicardium."""
@@ -78,13 +96,15 @@ class Ventricle:
 
     @property
     def cavity_volume(self) -> float:
-        """Volume inside the endocardium below the base."""
-        return self.at_depth(0).volume_below(self.base)
+        """Volume inside the endocardium below its rim."""
+        return self.at_depth(0).volume_below(self.rims[0])
 
     @property
     def volume(self) -> float:
         """Volume of the wall."""
-        return self.at_depth(1).volume_below(self.base) - self.cavity_volume
+        (low, high), (r, R) = self.rims, self._radii
+        between = np.pi / 3 * (low - high) * (r**2 + r * R + R**2)  # of the cone between the rims
+        return float(self.at_depth(1).volume_below(high) + between) - self.cavity_volume
 
     def counts(self) -> tuple[float, float]:
         """About how many nodes and cells the mesh has, before it is made."""
@@ -93,7 +113,9 @@ class Ventricle:
         return counts(self.volume, 2.2 * self.volume / self._thickness, float(spacing))
 
     def _place(self, points: Points) -> str:
-        if np.ptp(points[:, 2]) < 1e-6 * self.epicardium[1]:
+        (low, high), (r, R) = self.rims, self._radii
+        on_cone = low + (high - low) * (np.hypot(points[:, 0], points[:, 1]) - r) / (R - r)
+        if np.abs(points[:, 2] - on_cone).max() < 1e-6 * self.epicardium[1]:
             return "base"
         off = [np.abs(surface.level(points) - 1).max() for surface in (self.at_depth(0), self.at_depth(1))]
         return "endocardium" if off[0] < off[1] else "epicardium"
@@ -119,9 +141,12 @@ class Ventricle:
             surfaces = [self.at_depth(t) for t in np.linspace(0, 1, layers + 1)]
             for inner, outer in pairwise(surfaces):
                 layer, _ = occ.cut(outer.add(gmsh), inner.add(gmsh))
-                walls += below(gmsh, layer, self.base, max(self.epicardium))
+                walls += below(gmsh, layer, self.rims, self._radii, max(self.epicardium))
             if layers > 1:
                 occ.fragment(walls[:1], walls[1:])
 
         names = ("endocardium", "epicardium", "base")
-        return mesh_walls(comm, add, self.spacing, thickness, self._place, names)
+        meshed = mesh_walls(comm, add, self.spacing, thickness, self._place, names)
+        x = meshed.mesh.geometry.x
+        x[:] = np.roll(x, roll(self.axis), axis=1)
+        return meshed

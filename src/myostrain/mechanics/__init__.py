@@ -1,9 +1,10 @@
 """Equilibrium of the active body: its energy, loads, supports, and the checks of what is given and found."""
 
+from myostrain.mechanics.bestel_2001_pressure import Bestel2001Pressure
 from myostrain.mechanics.cavities import Cavities
 from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads
 from myostrain.mechanics.supports import Supports
 
-__all__ = ["Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports"]
+__all__ = ["Bestel2001Pressure", "Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports"]

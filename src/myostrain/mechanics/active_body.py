@@ -90,7 +90,8 @@ class ActiveBody:
         """Jo W(F Fo⁻¹) per reference volume for the lifted F, the energies of volume and active stress."""
         Fo = self.active(a)
         Jo = ufl.det(Fo)
-        passive = self.kinematics.distortion(F, Jo)
+        whole = getattr(self._material, "sees_volume", False)
+        passive = F if whole else self.kinematics.distortion(F, Jo)
         density = Jo * self._material.energy(passive * ufl.inv(Fo), self._fibres)
         density += self.kinematics.volume_energy(F, Jo)
         if self._tension is not None:
@@ -98,11 +99,11 @@ class ActiveBody:
         return density
 
     def energy(self, u: fem.Function, a: Any) -> Any:
-        """Energy per reference volume, minus the pressure's work on the constraint, if there is one (3.3)."""
+        """Energy per reference volume, with the pressure's part if there is one (3.3)."""
         density = self.stored(self.lifted(u, a), a)
         if self.kinematics.has_pressure:
             Jo = ufl.det(self.active(a))
-            density -= ufl.split(u)[1] * self.kinematics.constraint_residual(self.gradient(u), Jo)
+            density += self.kinematics.pressure_energy(self.gradient(u), Jo, ufl.split(u)[1])
         return density
 
     def stabilization(self, unknown: fem.Function, a: Any, dx: Any) -> Any:

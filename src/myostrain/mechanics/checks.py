@@ -47,7 +47,9 @@ def free_motions(
     Raises:
         InputError: A free body is loaded or damped without inertia, or the pressure is not determined.
     """
-    on_springs = [(parts, None if along else range(body.dim)) for _, parts, along in external.springs]
+    on_springs = [
+        (parts, range(body.dim) if normal is None else None) for _, parts, normal in external.springs
+    ]
     if mixed and not on_springs:
         check_room(body, supports, holds)
     motions = RigidMotions(body, [*(([hold.part], [hold.axis]) for hold in holds), *on_springs])

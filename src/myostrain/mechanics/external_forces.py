@@ -13,6 +13,7 @@ from myostrain.mechanics.active_body import ActiveBody
 from myostrain.mechanics.edge import thickness_factor
 from myostrain.mechanics.loads import Loads, vector_at
 from myostrain.mechanics.motion import Drift
+from myostrain.mechanics.normals import smooth_normal
 from myostrain.mechanics.supports import AXES, Hold, Supports
 
 import numpy as np
@@ -46,7 +47,8 @@ class ExternalForces:
         symmetric: Whether its derivative is symmetric.
         pressures: The pressures that act, by part.
         unit_pressures: What a pressure of one adds to the residual, by part.
-        springs: Stiffness, the parts (None for all), and whether along the normal only, of elastic supports.
+        springs: Stiffness, the parts (None for all), and the normal that they act along (None for all
+            components), of elastic supports.
 
     Raises:
         InputError: An unknown part, or a vector of another dimension.
@@ -72,21 +74,23 @@ class ExternalForces:
         self.residual: Any = 0
         if supports.robin_boundary is not None:
             body.boundary_facets(supports.robin_boundary, "mechanics.robin_boundary")
-        self.springs: list[tuple[fem.Constant, Sequence[str] | None, bool]] = []
+        self.springs: list[tuple[fem.Constant, Sequence[str] | None, Any]] = []
         for parts, stiffness, along, key in supports.springs():
             ds = body.boundary_measure(parts, 2 * degree, key)
             if stiffness == 0:
                 continue
             k = fem.Constant(mesh, float(stiffness))
-            square = ufl.dot(w, normal) ** 2 if along else ufl.inner(w, w)
+            outward = smooth_normal(body, parts) if along else None
+            square = ufl.inner(w, w) if outward is None else ufl.dot(w, outward) ** 2
             self.residual += ufl.derivative(k / 2 * square * ds, u)
-            self.springs.append((k, parts, along))
+            self.springs.append((k, parts, outward))
         #: Coefficient, the velocity that it resists, and parts of dampers.
         self.dampers: list[tuple[fem.Constant, Any, Sequence[str]]] = []
         for part, coefficient, along, key in supports.dampers():
             assert motion is not None
             ds, c = body.boundary_measure([part], 2 * degree, key), fem.Constant(mesh, float(coefficient))
-            v = ufl.dot(motion.velocity, normal) * normal if along else motion.velocity
+            outward = smooth_normal(body, [part]) if along else normal
+            v = ufl.dot(motion.velocity, outward) * outward if along else motion.velocity
             self.residual += c * ufl.inner(v, test) * ds
             self.dampers.append((c, v, [part]))
         #: What changes over time by its key: a constant of a form or condition, and its value at a time.
@@ -112,9 +116,9 @@ class ExternalForces:
             area = ufl.det(F) * ufl.inv(F).T * lifted
             if kinematics.free_thickness and not viscous and part not in {hold.part for hold in holds}:
                 others = tractions.get(part, ufl.as_vector([0.0] * body.dim))
-                for k, parts, along in self.springs:
+                for k, parts, outward in self.springs:
                     if parts is None or part in parts:
-                        others -= k * (ufl.dot(w, normal) * normal if along else w)
+                        others -= k * (w if outward is None else ufl.dot(w, outward) * outward)
                 area *= thickness_factor(active, u, a, normal, p, others)
             self.unit_pressures[part] = sum(area[i] * test[i] for i in range(body.dim)) * ds
             self.residual += p * self.unit_pressures[part]

@@ -9,11 +9,12 @@ from typing import Annotated, Any
 
 from myostrain.course import Course, value_at
 from myostrain.errors import InputError
+from myostrain.mechanics.bestel_2001_pressure import Bestel2001Pressure
 from myostrain.validation import Finite, check_fields
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Discriminator, Tag
 
 Vector = tuple[Finite, ...]
 
@@ -32,13 +33,24 @@ VectorCourse = Annotated[Vector | tuple[tuple[Finite, Vector], ...], AfterValida
 """A vector over simulated time: its components, or points (time, vector) joined by straight lines."""
 
 
+def _kind(given: Any) -> str:
+    return "by an equation" if isinstance(given, Mapping | Bestel2001Pressure) else "by points"
+
+
+PressureCourse = Annotated[
+    Annotated[Course, Tag("by points")] | Annotated[Bestel2001Pressure, Tag("by an equation")],
+    Discriminator(_kind),
+]
+"""A pressure over simulated time: a number, points (time, value), or the solution of an equation."""
+
+
 @dataclass(frozen=True)
 class Loads:
     """What pushes and pulls a body.
 
     Args:
-        pressure: Follower pressure by named part, positive towards the body: P N = −p J F⁻ᵀ N. A number, or
-            points (time, value) joined by straight lines.
+        pressure: Follower pressure by named part, positive towards the body: P N = −p J F⁻ᵀ N. A number,
+            points (time, value) joined by straight lines, or a :class:`Bestel2001Pressure`.
         traction: Dead load by named part, per reference area: P N = t, a vector of the mesh's dimension
             (1 to 3), or points (time, vector).
         body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
@@ -47,7 +59,7 @@ class Loads:
         InputError: A value does not fit its type.
     """
 
-    pressure: Mapping[str, Course] = field(default_factory=dict)
+    pressure: Mapping[str, PressureCourse] = field(default_factory=dict)
     traction: Mapping[str, VectorCourse] = field(default_factory=dict)
     body_force: Any = None
 
@@ -97,4 +109,5 @@ def times_of(loads: Loads) -> list[float]:
     """The times at which loads are given; zero where they are constant."""
     courses = [*loads.pressure.values(), *loads.traction.values()]
     timed: list[Any] = [course for course in courses if isinstance(course, tuple) and _timed(course)]
-    return sorted({point[0] for course in timed for point in course}) or [0.0]
+    solved = {course.t_dias for course in courses if isinstance(course, Bestel2001Pressure)}
+    return sorted({point[0] for course in timed for point in course} | solved) or [0.0]

@@ -53,10 +53,9 @@ class Reactions:
             mine = np.setdiff1d(hold.dofs[hold.dofs < owned], seen)
             seen = np.union1d(seen, mine)
             self._dofs.append((f"reaction_{hold.part}_{AXES[hold.axis]}", mine))
-        normal = ufl.FacetNormal(body.mesh)
         pulls = [
-            (-k * (ufl.dot(displacement, normal) * normal if along else displacement), parts)
-            for k, parts, along in external.springs
+            (-k * (displacement if normal is None else ufl.dot(displacement, normal) * normal), parts)
+            for k, parts, normal in external.springs
         ]
         pulls += [(-c * v, parts) for c, v, parts in external.dampers]
         for force, parts in pulls:

@@ -31,7 +31,8 @@ class Probes:
 
     Attributes:
         mine: Numbers of this process's points.
-        corners: Local nodes of the cells that hold this process's points, (points, dim + 1).
+        cells: Local numbers of the cells that hold them.
+        corners: Local nodes of these cells, (points, dim + 1).
     """
 
     def __init__(self, space: fem.FunctionSpace, points: Mapping[str, Sequence[float]]) -> None:
@@ -45,7 +46,8 @@ class Probes:
                 count = "a finite coordinate" if dim == 1 else f"{dim} finite coordinates"
                 raise InputError(f"{list(point)}: give {count}", f"probes.{name}")
             self.positions[row, : given.size] = given
-        self.mine, self.corners, self._weights = self._locate(space, dim)
+        self.mine, self.cells, self._weights = self._locate(space, dim)
+        self.corners: Indices = space.dofmap.list[self.cells]
 
     def _locate(self, space: fem.FunctionSpace, dim: int) -> tuple[Indices, Indices, Array]:
         mesh = space.mesh
@@ -65,11 +67,18 @@ class Probes:
                 )
         kept = owner[held] == self._comm.rank
         first = first[kept]
-        return held[kept], space.dofmap.list[cells[first]], weights[first]
+        return held[kept], cells[first], weights[first]
 
     def local(self, values: Array) -> Array:
         """Values at this process's probes, from nodal values (n,) or (n, components)."""
         return np.einsum("ij,ij...->i...", self._weights, values[self.corners])
+
+    def evaluated(self, function: fem.Function) -> Array:
+        """Values (points, components) at this process's probes of a function of any degree on the mesh."""
+        at = self.positions[self.mine]
+        if not len(at):
+            return np.zeros((0, self.positions.shape[1]))[:, : function.function_space.mesh.geometry.dim]
+        return np.asarray(function.eval(at, self.cells)).reshape(len(at), -1)
 
     def gather(self, local: Array) -> Array:
         """Values at all probes, in their order, on every process."""

@@ -128,17 +128,27 @@ class ProbeTable:
             self._table = Table(folder / "probes.csv", ["time", *columns], comm, size)
 
     def _values(self, *, headers: bool = False) -> dict[str, Any]:
-        """Nodal values by column name."""
-        model = self._model
+        """Values at this process's probes by column name."""
+        model, local = self._model, self._probes.local
         values: dict[str, Any] = dict(model.potential.field_values())
         if model.activation is not None:
             values["activation"] = model.activation.values
+        values = {name: None if headers else local(nodal) for name, nodal in values.items()}
         if model.mechanics is not None:
-            dim = model.potential.body.dim
-            u = None if headers else model.transfer.displacement().x.array.reshape(-1, dim)
-            for i, axis in enumerate("xyz"[:dim]):
+            u = None if headers else self._displacement()
+            for i, axis in enumerate("xyz"[: model.potential.body.dim]):
                 values[f"displacement_{axis}"] = None if u is None else u[:, i]
         return values
+
+    def _displacement(self) -> Any:
+        """The displacement at this process's probes, (points, dim), quadratic where mechanics' is."""
+        model, mechanics = self._model, self._model.mechanics
+        assert mechanics is not None
+        if mechanics.kinematics.degree > 1 and mechanics.body is model.potential.body:
+            return self._probes.evaluated(
+                mechanics.u.sub(0) if mechanics.kinematics.has_pressure else mechanics.u
+            )
+        return self._probes.local(model.transfer.displacement().x.array.reshape(-1, mechanics.body.dim))
 
     def add(self) -> None:
         """Add a row with the present values (collective).
@@ -148,7 +158,7 @@ class ProbeTable:
         """
         if self._table is None:
             return
-        local = np.column_stack([self._probes.local(values) for values in self._values().values()])
+        local = np.column_stack(list(self._values().values()))
         self._table.add(self._model.time, self._probes.gather(local).reshape(-1).tolist())
 
     def size(self) -> int | None:

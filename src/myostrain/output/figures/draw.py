@@ -7,6 +7,7 @@ from pathlib import Path
 from myostrain.errors import InputError, nearest
 from myostrain.output.figures.choice import Choice, choice, choosing
 from myostrain.output.figures.codes import draw_codes
+from myostrain.output.figures.curves import draw_curves
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.line import draw_line
 from myostrain.output.figures.loops import draw_loops
@@ -38,7 +39,8 @@ def draw(folder: Path, wanted: Choice | None = None) -> list[Path]:
     ``stress.png``, ``activation-times.png``, ``apd90.png``, ``conduction-velocity.png``, ``animation.gif``,
     and ``tip.png`` of a spiral; a solid these, ``displacement.png`` and ``fibres.png``, if PyVista is there;
     cavities ``loop.png`` and ``cavities.png``; probes of any body give ``probes.png``, electrodes
-    ``ecg.png``, published numbers to compare with ``land.png``, published activation times ``published.png``.
+    ``ecg.png``, published numbers to compare with ``land.png``, published activation times or
+    displacements ``published.png``.
     What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are
     replaced.
 
@@ -96,7 +98,8 @@ def _draw(folder: Path) -> list[Path]:
             written += _signals(run, times, leads, label, 0.0, figures / "ecg.png")
     if not run.results or choice().fields:
         return written
-    return [*written, *draw_benchmark(folder, run.results), *draw_codes(folder, run.results)]
+    beside = (draw_benchmark, draw_codes, draw_curves)
+    return [*written, *(file for draw in beside for file in draw(folder, run.results))]
 
 
 def _check_fields(run: Recording) -> None:
