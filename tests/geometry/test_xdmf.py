@@ -239,14 +239,14 @@ def test_a_name_in_no_encoding(block, tmp_path):
 
 
 def test_a_reader_that_hangs_or_dies(copy, monkeypatch):
-    """read_alone: a process that comes to no end, or is killed, is an error of the file."""
+    """read_alone: a process that never ends, or is killed, is an error of the file."""
     from myostrain.geometry import foreign, xdmf_arrays
 
     monkeypatch.setattr(xdmf_arrays, "READ", "import os, signal; os.kill(os.getpid(), signal.SIGBUS)")
     assert "HDF5 dies of it (SIGBUS)" in refusal(copy)
     monkeypatch.setattr(xdmf_arrays, "READ", "import time; time.sleep(60)")
     monkeypatch.setattr(foreign, "PATIENCE", 0.2)
-    assert "HDF5 comes to no end with it" in refusal(copy)
+    assert "HDF5 never finishes reading it" in refusal(copy)
 
 
 def mutated(content, chance):
@@ -268,7 +268,7 @@ def mutated(content, chance):
     return bytes(data)
 
 
-#: DOLFINx's own reader comes to no end with 28, 39, 51 and 54 of the first.
+#: DOLFINx's own reader never finishes with 28, 39, 51 and 54 of the first.
 SEEDS = [("block.h5", [*range(8), 28, 39, 51, 54]), ("block.xdmf", range(32))]
 
 

@@ -169,7 +169,7 @@ class Case:
             "..",
         ):
             raise InputError(
-                f"a result folder is called by it: give a short word, not {shown(data['name'])}", "name"
+                f"the result folder is named after it: give a short word, not {shown(data['name'])}", "name"
             )
         part = {section: dict(data.get(section, {})) for section in SECTIONS if section not in LISTS}
 

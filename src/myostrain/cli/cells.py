@@ -17,7 +17,7 @@ Overrides = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a parameter, such as set=ENDO; or stimulus.strength, stimulus.duration.",
+        help="Change a parameter, such as set=ENDO, or stimulus.strength and stimulus.duration.",
     ),
 ]
 Out = Annotated[
@@ -25,7 +25,7 @@ Out = Annotated[
     typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")]
-Quiet = Annotated[bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="A line every few seconds instead of a progress bar.")]
 
 
 def membrane_of(model: str, values: dict[str, Any]) -> Any:
@@ -89,7 +89,7 @@ def cell(
     model: Annotated[
         str | None,
         typer.Argument(
-            metavar="MODEL", help="A membrane, or a file that holds one; without, they are listed."
+            metavar="MODEL", help="A membrane, or a file that holds one; without it, they are listed."
         ),
     ] = None,
     overrides: Overrides = None,
@@ -98,13 +98,13 @@ def cell(
     ] = None,
     beats: Annotated[int, typer.Option("--beats", metavar="N", help="Number of beats.")] = 10,
     step: Annotated[
-        float | None, typer.Option("--step", metavar="DT", help="Step of time; 0.01 ms by default.")
+        float | None, typer.Option("--step", metavar="DT", help="Time step; 0.01 ms by default.")
     ] = None,
     out: Out = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Pace a membrane without a body: durations, calcium, a picture, a state for tissues to begin with."""
+    """Pace a membrane without a body: durations, calcium, a picture, a state for a tissue to start from."""
     _load_engine()
     from myostrain.case.parsing import plain
     from myostrain.case.sections import CELLS
@@ -153,28 +153,28 @@ def cable(
         typer.Option(
             "--velocity",
             metavar="V",
-            help="A wanted velocity, mm/ms for a membrane in ms: find the D for it.",
+            help="Find the D that gives this velocity, in mm/ms for a membrane in ms.",
         ),
     ] = None,
     spacing: Annotated[
         float | None,
-        typer.Option("--spacing", metavar="H", help="Distance of nodes; fine enough by default."),
+        typer.Option("--spacing", metavar="H", help="Distance between nodes; fine enough by default."),
     ] = None,
     step: Annotated[
-        float | None, typer.Option("--step", metavar="DT", help="Step of time; fine enough by default.")
+        float | None, typer.Option("--step", metavar="DT", help="Time step; fine enough by default.")
     ] = None,
     length: Annotated[
         float | None,
         typer.Option("--length", metavar="L", help="Length of the cable; long enough by default."),
     ] = None,
     mass: Annotated[
-        str, typer.Option("--mass", metavar="averaged|lumped", help="Mass matrix, as potential.mass.")
+        str, typer.Option("--mass", metavar="averaged|lumped", help="Mass matrix, like potential.mass.")
     ] = "averaged",
     out: Out = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure a membrane's conduction velocity on a rigid cable, or find the diffusivity for a wanted one."""
+    """Measure a membrane's conduction velocity on a rigid cable, or find the diffusivity for a given one."""
     _load_engine()
     from myostrain.case.parsing import plain
     from myostrain.conduction import cable as measure

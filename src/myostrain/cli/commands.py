@@ -49,7 +49,7 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def common(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     """Cardiac electromechanics by active strain."""
@@ -57,7 +57,7 @@ def common(
 
 @app.command("list")
 def list_cases() -> None:
-    """List the named cases: what each shows, its size, the time it takes."""
+    """List the named cases: what each one shows, its size, how long it takes."""
     import tomllib
 
     from myostrain import cases
@@ -93,7 +93,7 @@ def run(
         bool, typer.Option("--resume", help="Go on from the last checkpoint in DIR; CASE is not needed.")
     ] = False,
     quiet: Annotated[
-        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
+        bool, typer.Option("--quiet", help="A line every few seconds instead of a progress bar.")
     ] = False,
     force: Annotated[
         bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")
@@ -174,7 +174,7 @@ def _resumed(asked: Case | None, out: Path | None, overrides: list[str], *, forc
     from myostrain.run.resume import differences, fixed, said
 
     if out is None or (asked is None and force):
-        raise InputError("goes with --out DIR, and without --force", "--resume")
+        raise InputError("needs --out DIR, the folder to go on with, and no --force", "--resume")
     check_path(out, "--out")
     kept = out / "case.toml"
     if not kept.is_file():
@@ -203,13 +203,17 @@ def reproduce(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the page.")] = Path(
         "runs/reproduce"
     ),
-    quick: Annotated[bool, typer.Option("--quick", help="Coarser settings, some four minutes.")] = False,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Compute anew what is kept.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Coarser settings; takes about four minutes.")
+    ] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Compute everything again; use no earlier outcomes.")
+    ] = False,
     quiet: Annotated[
-        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
+        bool, typer.Option("--quiet", help="A line every few seconds instead of a progress bar.")
     ] = False,
 ) -> None:
-    """Reproduce the paper: its figures, theory and claims against measured ones, on one HTML page."""
+    """Reproduce the paper: its figures, theory and claims beside what is measured, on one HTML page."""
     _load_engine()
     from myostrain.reproduce import reproduce as make
 
@@ -224,7 +228,7 @@ def reproduce(
 
 @app.command()
 def doctor() -> None:
-    """Print the environment and check that it computes right (ten seconds)."""
+    """Print the environment and check that it computes correctly (ten seconds)."""
     _load_engine()
     from myostrain.doctor import report
 

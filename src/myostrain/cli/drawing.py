@@ -15,11 +15,14 @@ import typer
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")],
     formats: Annotated[
-        str, typer.Option("--format", metavar="F,F", help="png, pdf, svg: each picture in all of them.")
+        str,
+        typer.Option(
+            "--format", metavar="F,F", help="png, pdf, svg; each picture is drawn in all that are named."
+        ),
     ] = "png",
     dpi: Annotated[int, typer.Option("--dpi", metavar="N", help="Dots per inch.")] = 150,
     times: Annotated[
-        str, typer.Option("--times", metavar="T,T", help="Simulated times at which fields are shown.")
+        str, typer.Option("--times", metavar="T,T", help="Simulated times at which to show fields.")
     ] = "",
     fields: Annotated[
         str,
@@ -50,7 +53,7 @@ def _parts(text: str) -> list[str]:
 @app.command()
 def material(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="A passive material; without one they are listed.")
+        str | None, typer.Argument(metavar="NAME", help="A passive material; without it, they are listed.")
     ] = None,
     overrides: Annotated[
         list[str] | None,
@@ -59,10 +62,14 @@ def material(
     unit: Annotated[str, typer.Option("--unit", help="Unit of its stiffness, such as kPa.")] = "",
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE.png", help="The picture; NAME.png by default. Is replaced."),
+        typer.Option(
+            "--out",
+            metavar="FILE.png",
+            help="The picture; NAME.png by default. An existing file is replaced.",
+        ),
     ] = None,
 ) -> None:
-    """Draw a material's curves: uniaxial, equibiaxial and simple shear, by fibre, sheet and normal.
+    """Draw a material's curves: uniaxial, equibiaxial and simple shear, along fibre, sheet and normal.
 
     The material is incompressible and passive, as in the section [material] of a case file.
     """

@@ -22,18 +22,18 @@ def sweep(
         typer.Option(
             "--set",
             metavar="KEY=[V, V, ...]",
-            help="Values of a key to sweep over; KEY=VALUE is the same in all runs. Values that are lists "
-            "themselves are lists in the list: KEY=[[1, 0], [1, 1]].",
+            help="Values of a key to sweep over; KEY=VALUE is the same in all runs. Where the values are "
+            "lists, give a list of lists: KEY=[[1, 0], [1, 1]].",
         ),
     ] = None,
     listed: Annotated[
         bool,
-        typer.Option("--list", help="The first values of all keys, the second ones, ...: no grid of all."),
+        typer.Option("--list", help="No grid: the first value of every key, then the second, ..."),
     ] = False,
-    jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="How many runs go on at a time.")] = 1,
+    jobs: Annotated[int, typer.Option("--jobs", metavar="N", help="How many runs at a time.")] = 1,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Its folder; a new one under runs/ by default."),
+        typer.Option("--out", metavar="DIR", help="Folder of the sweep; a new one under runs/ by default."),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the sweep in DIR; CASE is not needed.")
@@ -42,23 +42,23 @@ def sweep(
         bool, typer.Option("--force", help="Replace the results of an earlier sweep in DIR.")
     ] = False,
     plot: Annotated[
-        str, typer.Option("--plot", metavar="METRIC,...", help="Metrics of the picture; some by default.")
+        str, typer.Option("--plot", metavar="METRIC,...", help="Metrics to draw; a few by default.")
     ] = "",
     figures: Annotated[
         bool, typer.Option("--figures/--no-figures", help="Whether each run draws its figures.")
     ] = True,
     quiet: Annotated[
-        bool, typer.Option("--quiet", help="No progress bar, a line every few seconds.")
+        bool, typer.Option("--quiet", help="A line every few seconds instead of a progress bar.")
     ] = False,
 ) -> None:
-    """Run a case over values of its keys: a folder a run, a table of every metric, a picture."""
+    """Run a case over values of its keys: one folder per run, a table of all metrics, a picture."""
     _load_engine()
     from myostrain.case.overrides import split
     from myostrain.output.folder import free_name
     from myostrain.sweeping import sweep as run_sweep
 
     if resume and out is None:
-        raise InputError("goes with --out DIR", "--resume")
+        raise InputError("needs --out DIR, the folder of the sweep to go on with", "--resume")
     values: dict[str, Any] = {}
     for assignment in overrides or []:
         key, value = split(assignment)
@@ -98,10 +98,11 @@ def compare(
         Path | None, typer.Option("--out", metavar="DIR", help="Folder for metrics.csv and compare.png.")
     ] = None,
     page: Annotated[
-        bool, typer.Option("--html", help="One page with all, index.html; in runs/compare without --out.")
+        bool,
+        typer.Option("--html", help="Everything on one page, index.html; in runs/compare without --out."),
     ] = False,
 ) -> None:
-    """Put runs beside each other: metrics with differences to the first, probes and measures over time."""
+    """Compare runs: metrics with their differences from the first, probes and measures over time."""
     from myostrain.output.comparing import compare as beside
     from myostrain.output.folder import free_name
 

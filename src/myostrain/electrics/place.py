@@ -127,7 +127,7 @@ class Place:
             if self.sampling == "mean":
                 return _mean(body, space, self._indicator(body, points))
         if not body.comm.allreduce(bool(inside.any()), MPI.LOR):
-            raise InputError("no node of the mesh is there", key)
+            raise InputError("no node of the mesh lies in this place; choose another, or a finer mesh", key)
         return inside.astype(float)
 
     def _given(self) -> list[float] | list[list[float]]:

@@ -73,7 +73,7 @@ class UniformFibres:
     Args:
         direction: Fibre direction in the reference configuration; any length, made a unit vector.
         regions: Directions of named regions of the mesh that differ from ``direction``.
-        sheet: Sheet direction of a solid; what of it is across the fibre, made a unit vector. Only for
+        sheet: Sheet direction of a solid; its part across the fibre counts, normalized. Only for
             fibres without ``regions``.
     """
 

@@ -81,7 +81,7 @@ def read_alone(
         )
     except subprocess.TimeoutExpired:
         raise InputError(
-            f"{path} is damaged: {reader} comes to no end with it; write it again", key
+            f"{path} is damaged: {reader} never finishes reading it; write it again", key
         ) from None
     if done.returncode < 0:
         try:

@@ -315,7 +315,7 @@ def orthonormal(f: Any, s: Any) -> Microstructure:
 
     Args:
         f: Fibre, a UFL vector of any length but zero.
-        s: Sheet direction, of any length; what of it is across the fibre is taken.
+        s: Sheet direction, of any length; its part across the fibre is taken.
     """
     f0 = f / ufl.sqrt(ufl.dot(f, f))
     across = s - ufl.dot(s, f0) * f0

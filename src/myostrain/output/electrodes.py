@@ -108,7 +108,7 @@ class Electrodes:
 
 
 class ElectrodeTable:
-    """``ecg.csv``: a column an electrode.
+    """``ecg.csv``: one column per electrode.
 
     Args:
         model: The coupled problem.

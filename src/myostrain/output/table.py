@@ -104,7 +104,7 @@ class Table:
 
 
 class ProbeTable:
-    """``probes.csv``: a column a probe and field.
+    """``probes.csv``: one column per probe and field.
 
     Args:
         model: The coupled problem.
@@ -172,7 +172,7 @@ class ProbeTable:
 
 
 class MeasureTable:
-    """``measures.csv``: a column a measured quantity of a solid, or a reaction, and what metrics say of them.
+    """``measures.csv``: one column per measured quantity or reaction, and what metrics say of them.
 
     Args:
         model: The coupled problem; of what is no solid only reactions of supports are measured.
