@@ -35,32 +35,33 @@ MEANINGS = {
 }
 
 PROBES = """
-`NAME = [x, ...]`: a material point by a name of yours; its activation time goes into `results.json`, its
-values into `probes.csv`. The celerity is taken between the first two.
+`NAME = [x, ...]`: a material point, with a name that you choose; its activation time goes into
+`results.json`, its values into `probes.csv`. The celerity is taken between the first two.
 """.strip()
 
 ELECTRODES = """
-`NAME = [x, y, z]`: a point in space, outside of the body, by a name of yours. `ecg.csv` has the
+`NAME = [x, y, z]`: a point in space outside the body, with a name that you choose. `ecg.csv` has the
 [potential](../results.md#electrodes) there over time.
 """.strip()
 
 #: Where more is to be said than whether the section must be there.
 NEEDED = {
-    "initial": "This section, or `[[stimulus]]`, must be there, unless `[drive]` is. Several are "
+    "initial": "This section or `[[stimulus]]` is required, unless there is `[drive]`. For several, write "
     "`[[initial]]`; later ones win.",
-    "stimulus": "This section may be left out. Several are `[[stimulus]]`; they add up.",
+    "stimulus": "This section may be left out. For several, write `[[stimulus]]`; they add up.",
     "drive": "This section may take the place of `[cell]`, `[potential]` and `[initial]`.",
 }
 
 VARIATION = """
-Parameters of the membrane are keys of the table by their names, as `g_Ks = 0.1`; `parameters` is for those
-of a file whose names are other keys'. The place has the same keys as that of `[initial]`, but for `sampling`.
+Parameters of the membrane are keys of the table, such as `g_Ks = 0.1`; `parameters` is for those of a file
+that are named like other keys. The place has the same keys as that of `[initial]`, except `sampling`.
 """.strip()
 
 SOLVER = """
 `[solver.potential]` and `[solver.mechanics]` hold options of PETSc's linear solvers without a prefix, such as
-`ksp_type`, `pc_type` or `ksp_rtol`. They win over the defaults. What does not choose or tune a solver is
-refused, as it may run code or write files; `ksp_monitor`, `ksp_view` and `ksp_converged_reason = true` print.
+`ksp_type`, `pc_type` or `ksp_rtol`. They override the defaults. An option that does not choose or tune a
+solver is refused, as it may run code or write files; `ksp_monitor`, `ksp_view` and
+`ksp_converged_reason = true` print.
 """.strip()
 
 
@@ -75,7 +76,7 @@ def reference() -> str:
             keys(case.CellSection),
             "### `stretch_current = { ... }`",
             keys(stretch_current.StretchCurrent, intro=True, without=("where",)),
-            "It may have the keys of a place, those of `[initial]`. Several are `[[cell.stretch_current]]`.",
+            "It may have the keys of a place, those of `[initial]`. For several: `[[cell.stretch_current]]`.",
             *variants("model", case.CELLS),
             "### `[[cell.variation]]`",
             keys(variation.Variation, intro=True, without=("where",)),
@@ -135,9 +136,9 @@ def reference() -> str:
     }
     assert sections.keys() == case.SECTIONS.keys()
     texts = ", ".join(f"`{key}`" for key in case.TEXTS)
-    parts = [f"Above the sections, a case may have the texts {texts}."]
+    parts = [f"Before the sections, a case may have the texts {texts}."]
     for name, content in sections.items():
-        needed = "must be there" if case.SECTIONS[name] else "may be left out"
+        needed = "is required" if case.SECTIONS[name] else "may be left out"
         parts += [f"## `[{name}]`", NEEDED.get(name, f"This section {needed}."), *content]
     return "\n\n".join(parts)
 
@@ -213,7 +214,8 @@ def several(hint):
     if typing.get_origin(hint) is tuple:  # no plural of a plural: "lists of 2 numbers"
         return in_words(hint).replace("list", "lists", 1)
     first, *rest = in_words(hint).split(" ")
-    return " ".join([f"{first}s", *rest])
+    first = f"{first[:-1]}s," if first.endswith(",") else f"{first}s"
+    return " ".join([first, *rest])
 
 
 def limit(constraint):

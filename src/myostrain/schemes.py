@@ -32,13 +32,13 @@ class Implicit:
     """The paper's scheme (section 7): first-order implicit, the coupling by fixed-point iteration.
 
     Each iteration advances the activation for the potential's iterate, solves mechanics, and then the
-    potential, with its reaction linearised about the iterate, on that body; until the potential changes by
-    less than ``tolerance``, and the stretch that a law sees, and what it makes of the membrane's states, by
-    less than 1e-6.
+    potential, with its reaction linearised about the iterate, on that body. It stops when the potential
+    changes by less than ``tolerance``, and the stretch that a law sees, and what it makes of the membrane's
+    states, by less than 1e-6.
 
     Args:
         tolerance: Largest change of v between iterations at which to stop, in units of v.
-        max_iterations: Iterations a step may take.
+        max_iterations: Largest number of iterations in a step.
     """
 
     tolerance: Positive = 1e-8
@@ -100,13 +100,13 @@ class Staggered:
 
 @description
 class SecondOrder:
-    """Second order, one pass a step: BDF2, reaction linearised about an extrapolation, extrapolated body.
+    """Second order, one pass per step: BDF2, reaction linearised about an extrapolation, extrapolated body.
 
     The potential is solved on the body extrapolated from the last two solves of mechanics, then the
     activation with its drivers at the middle of the step, and mechanics every N steps. Where J = 1 by
-    construction the body is handed over once for the N steps, at their mean time: what the first of them
-    has too much the last has too little. The first step, and the one after a released stretch, are of first
-    order, which costs no order.
+    construction the body is handed over once for the N steps, at their mean time: it is too late for the
+    first of them by as much as it is too early for the last. The first step, and the one after a released
+    stretch, are of first order, which does not lower the order of the run.
 
     Where J follows the potential strongly, −v γ′/(1 + γ) > 2/3 over the membrane's range (γ = −βv and v up to
     1: β > 0.4), an extrapolated body is unstable; there each step is iterated as in :class:`Implicit`.

@@ -20,9 +20,9 @@ class GoektepeKuhl2010:
         tension: kT, tension per millivolt, in the case's unit of stress; 0.005 kPa/mV in that code.
         rest: Vr, the potential without tension, mV.
         slow: ε₀, the rate at rest, 1/ms.
-        fast: ε∞, the rate of what is excited, 1/ms.
+        fast: ε∞, the rate in excited tissue, 1/ms.
         steepness: ξ of the switch, 1/mV.
-        switch: Vs, where it is, mV.
+        switch: Vs, the potential of the switch, mV.
     """
 
     tension: Positive = 0.005

@@ -14,13 +14,14 @@ class Hunter1998:
 
     c is the calcium, λ the stretch of the fibre. The steady state of P. J. Hunter, A. D. McCulloch and
     H. E. D. J. ter Keurs, Prog. Biophys. Mol. Biol. 69 (1998) 289–331, doi 10.1016/S0079-6107(98)00013-3,
-    with form, T and β of a public code; c₀, c₅₀ and n, which that code asks for, are ours. It is the tension
-    to set against :class:`~myostrain.activation.Rossi2014`: the same drivers, a stress in place of a strain.
+    with form, T and β of a public code; c₀, c₅₀ and n, which that code leaves to its user, are ours. It is
+    the counterpart of :class:`~myostrain.activation.Rossi2014`: the same drivers, a stress in place of a
+    strain.
 
-    Tension that grows with the length at once pulls the fibre back in the next step. By the schemes of one
-    pass the length may swing from step to step, whatever the step: from a gain β T λ/(K + T) of 1 on
-    (staggered) or of 1/3 (second order), K being the passive stiffness along the fibre. Take the implicit one
-    there. ``myostrain reproduce strain-and-stress`` shows it.
+    A tension that grows at once with the length pulls the fibre back in the next step. With the schemes of
+    one pass the length may oscillate from step to step, whatever the step: from a gain β T λ/(K + T) of 1 on
+    (staggered) or of 1/3 (second order), K being the passive stiffness along the fibre. Use the implicit
+    scheme there. ``myostrain reproduce strain-and-stress`` shows it.
 
     Args:
         tension: T, the largest tension at stretch one, in the case's unit of stress; 100 kPa in that code.

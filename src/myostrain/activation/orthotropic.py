@@ -22,13 +22,13 @@ class Orthotropic:
     - K alone (κ = 0), of S. Rossi and others, Eur. J. Mech. A/Solids 48 (2014) 129–142,
       doi 10.1016/j.euromechsol.2013.10.009, with K = 4: the normal shortens K times as much as the fibre, as
       sheets slide, and the wall thickens by that.
-    - Both, κ = ξ and K = 4 (1 − ξ) with a coordinate ξ from the endocardium to the epicardium, is how svFSI
-      has the transmurally heterogeneous activation of D. Barbarotta and others, Int. J. Numer. Meth. Biomed.
-      Engng. 34 (2018) e3137, doi 10.1002/cnm.3137.
+    - Both, κ = ξ and K = 4 (1 − ξ) with a coordinate ξ from the endocardium to the epicardium: this is how
+      svFSI implements the transmurally heterogeneous activation of D. Barbarotta and others, Int. J. Numer.
+      Meth. Biomed. Engng. 34 (2018) e3137, doi 10.1002/cnm.3137.
 
-    To first order in γ, κ is K = −κ/2. Fo is admissible while 1 + γ_n > 0: for every γ > −1 where K = 0 and
-    0 ≤ κ ≤ 1, for γ > −1/K where κ = 0: a quarter of shortening for K = 4. Beyond, no number results, and a
-    run ends with the place and "det Fo". The default is ours.
+    To first order in γ, κ acts like K = −κ/2. Fo is admissible while 1 + γ_n > 0: for every γ > −1 if K = 0
+    and 0 ≤ κ ≤ 1; for γ > −1/K if κ = 0, a quarter of shortening for K = 4. Beyond that there is no result:
+    the run ends and names the place and "det Fo". The default is ours.
 
     Args:
         kappa: κ, non-dimensional, finite. In a script also a UFL scalar on the body's mesh, such as

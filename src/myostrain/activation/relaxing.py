@@ -15,10 +15,10 @@ class Relaxing:
 
     v is the excitation: 0 at rest, 1 at full excitation, whatever the membrane's units.
 
-    The paper's concluding remarks miss the delay between upstroke and contraction, and a contraction that
-    outlasts the potential. Two time constants give both; the switch is that of M. P. Nash and A. V. Panfilov,
-    Prog. Biophys. Mol. Biol. 85 (2004) 501–522, doi 10.1016/j.pbiomolbio.2004.01.016, who have it for a
-    tension. The step is exact for a frozen excitation.
+    According to the paper's concluding remarks, a delay between upstroke and contraction, and a contraction
+    that outlasts the potential, are missing. Two time constants give both; the switch is that of M. P. Nash
+    and A. V. Panfilov, Prog. Biophys. Mol. Biol. 85 (2004) 501–522, doi 10.1016/j.pbiomolbio.2004.01.016, who
+    use it for a tension. The step is exact for a frozen excitation.
 
     Args:
         beta: β, the contraction that v = 1 leads to, 0 ≤ β < 1, non-dimensional.

@@ -14,15 +14,15 @@ from pydantic import Field
 class Timed:
     """γ(t) = γ_min sin²(π (t − start)/(end − start)) from start to end, zero elsewhere; or a table.
 
-    For bodies whose potential is of no interest: the same γ everywhere, but for ``activation.transmural``.
-    The form with γ_min = −0.13 from 170 to 480 ms of a cycle of 1000 ms is one that is used for ventricles.
+    For bodies whose potential is of no interest: γ is the same everywhere, but for ``activation.transmural``.
+    The form with γ_min = −0.13 from 170 to 480 ms of a cycle of 1000 ms has been used for ventricles.
 
     Args:
         gamma_min: γ half way between start and end, −1 < γ_min; negative contracts.
         start: When the contraction begins, in the case's unit of time.
         end: When it is over, later than start.
         table: Points (time, γ) joined by straight lines, in place of the three above.
-        period: After which time it repeats itself; once unless given.
+        period: Time after which the contraction repeats; it happens once unless given.
     """
 
     gamma_min: Annotated[float, Field(gt=-1, allow_inf_nan=False, strict=True)] | None = None

@@ -96,8 +96,8 @@ class CellSection:
     Args:
         integrator: How the states advance; unless given, "generalized-rush-larsen" for a model with gates,
             "linearly-implicit" for one without.
-        substeps: Steps of the membrane in one of the potential, for the exponential integrators.
-        initial: Result folder of `myostrain cell` of the same model: the body's rest is where the cell ended.
+        substeps: Steps of the membrane in each step of the potential, for the exponential integrators.
+        initial: Result folder of `myostrain cell` with the same model: the body starts where the cell ended.
     """
 
     integrator: Literal["linearly-implicit", "rush-larsen", "generalized-rush-larsen"] | None = None
@@ -133,7 +133,7 @@ class PotentialSection:
 
     Args:
         refinement: How often each cell of the mesh is divided into 2, 4 or 8 of half the size, for the
-            potential and all that lives at its nodes; mechanics stays on the mesh itself. 0: one for both.
+            potential and all that lives at its nodes; mechanics keeps the mesh itself. 0: one mesh for both.
     """
 
     diffusivity: Positive | tuple[Positive, Positive] = 100.0
@@ -196,10 +196,10 @@ class CirculationSection:
 
     Args:
         cavity: The part of the boundary that is the wall of the cavity, or a list of them.
-        preload: Pressure in the cavity at the beginning: one, or one a cavity; unless given, that of the
-            atrium where there is one, else zero. The body begins in equilibrium with it. Where volume or
-            pressure are given there is none.
-        beats: Number of beats, of equal length, in the run: stroke volume and the like are of the last one.
+        preload: Pressure in the cavity at the beginning: one, or one for each cavity; unless given, that of
+            the atrium where there is one, else zero. The body begins in equilibrium with it. If volume or
+            pressure are given, there is no preload.
+        beats: Number of beats, of equal length, in the run; stroke volume and the like are of the last beat.
     """
 
     cavity: str | tuple[str, ...] = "endocardium"
@@ -221,11 +221,11 @@ class OutputSection:
 
     Args:
         every: Simulated time between written fields; a sixtieth of the run unless given.
-        fields: Which fields; "activation" is γ or the tension, "stretch" that of the fibre, "stress" the
-            Cauchy stress, `stress_xx`, `stress_xy`, ..., all at the nodes.
+        fields: Which fields to write; "activation" is γ or the tension, "stretch" that of the fibre, "stress"
+            the Cauchy stress, `stress_xx`, `stress_xy`, ..., all at the nodes.
         repolarization: Percentages of repolarisation at which the end of each beat is taken at every node and
             probe: a number such as 90, for APD90, or several.
-        tip: What the tip of a spiral wave is, on a sheet; its trajectory is written into `tip.csv`.
+        tip: Definition of the tip of a spiral wave on a sheet; its trajectory is written into `tip.csv`.
         rigid_twin: Whether the same case is run on the rigid body too, for comparison.
         checkpoint_every: Simulated time between checkpoints; none by simulated time unless given.
         checkpoint_seconds: Seconds of wall clock between checkpoints.
@@ -242,9 +242,9 @@ class OutputSection:
 
 @description
 class UnitsSection:
-    """[units]: in which units the numbers of the case are; for the record and the figures' labels.
+    """[units]: the units of the case's numbers, for the record and for the labels of figures.
 
-    Nothing is converted: the numbers have to fit each other.
+    Nothing is converted: the numbers must be consistent with each other.
 
     Args:
         length: Such as "mm".

@@ -40,9 +40,9 @@ class ClosedLoop:
         volumes: Volumes of left atrium, right atrium and right ventricle at the beginning, mL.
         pressures: Pressures in systemic arteries and veins, pulmonary arteries and veins, mmHg.
         flows: Flows out of them, mL/s.
-        volume_unit: What of the case's unit of volume is 1 mL: 1000 for mm.
-        pressure_unit: What of its unit of pressure is 1 mmHg: 0.133322 for kPa.
-        time_unit: What of its unit of time is 1 s: 1000 for ms.
+        volume_unit: 1 mL in the case's unit of volume: 1000 for mm.
+        pressure_unit: 1 mmHg in its unit of pressure: 0.133322 for kPa.
+        time_unit: 1 s in its unit of time: 1000 for ms.
     """
 
     cavities: Annotated[int, Field(ge=1, le=2, strict=True)] = 1

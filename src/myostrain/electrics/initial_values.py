@@ -13,12 +13,12 @@ from myostrain.validation import Finite, description
 
 @description
 class InitialValues:
-    """Potential and states in a place, at the start; the membrane's rest is elsewhere.
+    """Potential and states in a place, at the start; elsewhere the membrane is at rest.
 
     Args:
         where: The place.
         potential: v there; at rest unless given.
-        states: Values of states there, by name; the others rest.
+        states: Values of states there, by name; the others are at rest.
     """
 
     where: Place

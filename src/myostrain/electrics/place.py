@@ -31,16 +31,17 @@ class Place:
     Lengths are in the unit of the mesh.
 
     Args:
-        center: Centre of a ball, material coordinates, at least as many as the body has dimensions; more
-            are zero.
-        radius: Its radius.
-        box: Lowest and highest corner of a box along the axes; beyond the body's dimensions it holds zero.
+        center: Centre of a ball in material coordinates, at least as many as the body has dimensions; any
+            further ones must be zero.
+        radius: Radius of the ball.
+        box: Lowest and highest corner of a box along the axes; along axes beyond the body's dimensions it
+            must contain zero.
         boundary: Named parts of the boundary, such as an endocardium.
         depth: How deep from ``boundary`` into the body; 0 takes the nodes on it only, a layer that gets
             thinner with the mesh.
         region: Named regions of the mesh (physical groups of cells).
-        transmural: A layer of the wall: from which depth to which one, 0 being the endocardium and 1 the
-            epicardium; between them the depth is the harmonic function of the wall.
+        transmural: A layer of the wall, between two depths, 0 being the endocardium and 1 the epicardium;
+            between these the depth is the harmonic function of the wall.
         transmural_between: The parts of the boundary that take the place of endocardium and epicardium.
         sampling: "nodal": a node is in or out, so that a ball or a box changes its size with the mesh;
             "mean": a node takes the mean around it, weighted by its basis function, which keeps the integral.

@@ -29,9 +29,9 @@ class Applied(Protocol):
 
 @description
 class Stimulus:
-    """A rate of v of rectangular pulses.
+    """Rectangular pulses of a rate of v.
 
-    Steps of time need not hit the pulses' edges: what a pulse adds to v is exact whatever the steps, since
+    Time steps need not hit the pulses' edges: what a pulse adds to v is exact whatever the steps, since
     its rate enters a step by the backward difference of its integral, as v itself does.
 
     Args:
@@ -39,7 +39,7 @@ class Stimulus:
         strength: Rate of v, in units of v per unit of time.
         start: Time at which the first pulse begins.
         duration: Duration of a pulse.
-        period: Time between the beginnings of two pulses, at least the duration; None for one pulse.
+        period: Time between the beginnings of two pulses, at least the duration; one pulse unless given.
         count: Number of pulses; with a period and without a count they go on for ever.
     """
 

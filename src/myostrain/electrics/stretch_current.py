@@ -41,10 +41,10 @@ def _conductance(value: Any) -> float | Array:
 
 @description
 class StretchCurrent:
-    """I = g (√C − 1)₊/span (v − E), a rate of v beside the membrane's current, where the body is stretched.
+    """I = g (√C − 1)₊/span (v − E), a rate of v in addition to the membrane's, where the body is stretched.
 
-    √C is the stretch of a line, the root of det C of a sheet (its area), or the fibre's; what is shortened
-    has no such current. It drives v to E: a reversal at rest excites nothing. A. V. Panfilov,
+    √C is the stretch of a line, the root of det C of a sheet (its area), or the fibre's; where it is below 1
+    there is no current. It drives v to E: with E at rest it excites nothing. A. V. Panfilov,
     R. H. Keldermann, M. P. Nash, Phys. Rev. Lett. 95 (2005) 258104, doi 10.1103/PhysRevLett.95.258104, have
     it with E = 1 for a potential between 0 and 1; for a membrane in mV it is usual with E = −10 mV, open at a
     stretch of 1.15.
@@ -55,7 +55,7 @@ class StretchCurrent:
         reversal: E, in the membrane's unit; unless given 1, or −10 for a membrane in mV.
         measure: What stretches: "fibre", |F f0|; "area" of a sheet, √det C; "line". Unless given "line" on a
             line, "area" on a sheet and "fibre" in a solid.
-        span: The √C − 1 at which the current has the whole conductance; it grows linearly, beyond too. Unless
+        span: The √C − 1 at which the current has its full conductance; it grows linearly, also beyond. Unless
             given 1, or 0.15 for a membrane in mV.
         where: Where it is; everywhere unless given. Several currents add up.
     """

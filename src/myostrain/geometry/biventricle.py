@@ -20,7 +20,7 @@ class Biventricle:
     The left one is the wall between two ellipsoids centred at the origin. The right cavity is what an
     ellipsoid centred at X = ``right_centre`` has outside the left ventricle; its free wall lies around it.
     Fused ellipsoids are in use as idealized hearts (for example in cardiac-geometries, Finsberg 2022); these
-    numbers, in mm, are of about a human heart's size and nobody's data.
+    numbers, in mm, have about the size of a human heart, and are not data of anyone.
 
     Boundaries: "endocardium_left", "endocardium_right" (with the right side of the septum), "epicardium",
     "base".
@@ -32,7 +32,7 @@ class Biventricle:
         right_wall: Thickness of the right free wall.
         right_centre: X of the right ellipsoids' centre, positive.
         base: Height Z of the plane.
-        spacing: Edge length wanted.
+        spacing: Desired edge length.
     """
 
     left: tuple[Positive, Positive, Positive] = (20.0, 20.0, 50.0)

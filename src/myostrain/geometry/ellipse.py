@@ -25,7 +25,7 @@ class Ellipse:
 
     Args:
         size: Sides (a, b) of the rectangle, positive.
-        spacing: Distance of the rings, on average; n = √(a b) / (2 spacing), rounded, is taken.
+        spacing: Mean distance between the rings; n = √(a b) / (2 spacing), rounded.
         distortion: Distortion, −0.5 to 0.5; zero is an ellipse.
     """
 

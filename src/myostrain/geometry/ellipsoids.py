@@ -98,7 +98,7 @@ def mesh_walls(
     Args:
         comm: MPI communicator over which the mesh is spread.
         add: Adds the volumes to the model of the gmsh that it is given.
-        spacing: Edge length wanted.
+        spacing: Desired edge length.
         thickness: Least thickness of the walls, for advice.
         place: Gives the name of a surface that has these nodes (n, 3).
         boundaries: The names, numbered from 1 in this order.

@@ -41,14 +41,14 @@ CHUNK = 50_000
 
 @description
 class FileFibres:
-    """Fibres, and sheets if they are there, from a file with directions at points of the body.
+    """Fibres, and optionally sheets, from a file with directions at points of the body.
 
     Two formats:
 
     - ``.msh``: gmsh's own mesh with ``$ElementData`` or ``$NodeData`` of three components called "f0" and,
       for solids that need it, "s0". It may be the file of the geometry or another of the same body.
-    - ``.npz`` of numpy: ``points`` (n, dim), ``f0`` (n, dim) and perhaps ``s0`` (n, dim), the directions at
-      these points, of which one at least is in each cell: the centres of the cells or the nodes, say.
+    - ``.npz`` of NumPy: ``points`` (n, dim), ``f0`` (n, dim) and optionally ``s0`` (n, dim), the directions
+      at these points. Each cell must contain at least one; take its centre, say, or the nodes.
 
     A cell takes the mean of the points that lie in it or on its boundary, within 1e-6 of the body's extent;
     so numbering, order and partition do not matter. A direction and its opposite are the same fibre: the mean

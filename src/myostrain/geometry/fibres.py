@@ -71,7 +71,7 @@ class UniformFibres:
     """One fibre direction in the whole body, or one in each named region.
 
     Args:
-        direction: Fibre direction in the reference configuration; any length, made a unit vector.
+        direction: Fibre direction in the reference configuration; of any length, it is normalized.
         regions: Directions of named regions of the mesh that differ from ``direction``.
         sheet: Sheet direction of a solid; its part across the fibre counts, normalized. Only for
             fibres without ``regions``.

@@ -27,7 +27,7 @@ class MeshFile:
     """A gmsh ``.msh`` file of straight lines, triangles or tetrahedra.
 
     The physical groups of the highest dimension are the body and its regions, those one dimension lower
-    the boundaries that ``mechanics.fixed`` and others name. Groups of one name are one part.
+    the boundaries that ``mechanics.fixed`` and others name. Groups with the same name are one part.
 
     Args:
         path: The file. In a case file, relative to the case file's folder.

@@ -40,7 +40,7 @@ class RuleBasedFibres:
     farthest from the base, where the solution of −Δu = 1 with u = 0 at the base is the largest. The fibre is
     at the helix angle α from the circumference (anticlockwise seen from the base) towards the base, the sheet
     direction s0 across the fibre at the angle β from the wall's outward normal (the paper's third axis),
-    n0 = f0 × s0. The default angles are the paper's. Nothing depends on how the body lies in space.
+    n0 = f0 × s0. The default angles are the paper's. Nothing depends on the body's position in space.
 
     One ventricle: α and β are linear in the harmonic depth (the paper's composition of two rotations, made
     for the septum, would be quadratic, and jump where α turns by more than 90 degrees). Two ventricles: that
@@ -48,11 +48,11 @@ class RuleBasedFibres:
     outer quarter of the wall, by 45 degrees at 120.
 
     The harmonic functions are linear in a cell. Directions are taken at its corners; between them, wherever
-    they are used, they are interpolated and made orthonormal anew, to round-off. So there must be two cells
+    they are used, they are interpolated and made orthonormal again, to round-off. So there must be two cells
     or more across a wall in which the fibre turns by 180 degrees, and across a septum, through which it turns
     from the helix angle at one endocardium to minus that, by way of the circumference. Where two ventricles
-    meet, cells whose corners disagree beyond any such turn take one direction, the principal one of
-    Σ f0 ⊗ f0.
+    meet, the corners of a cell may differ by more than any such turn; the cell then takes one direction, the
+    principal one of Σ f0 ⊗ f0.
 
     Args:
         helix: α at the endocardium and the epicardium of the left ventricle, degrees.

@@ -16,7 +16,7 @@ class Line:
 
     Args:
         length: Length, positive.
-        spacing: Cell size wanted; the nearest that divides the length is taken.
+        spacing: Desired cell size; the nearest that divides the length is taken.
     """
 
     length: Positive

@@ -16,7 +16,7 @@ class Rectangle:
 
     Args:
         size: Sides (a, b), positive.
-        spacing: Cell size wanted; the nearest that divides each side is taken.
+        spacing: Desired cell size; the nearest that divides each side is taken.
     """
 
     size: tuple[Positive, Positive]

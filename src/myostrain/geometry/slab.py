@@ -12,13 +12,13 @@ from dolfinx import mesh as dmesh
 
 @description
 class Slab:
-    """The block [0, a] × [0, b] × [0, c] in tetrahedra, six a box.
+    """The block [0, a] × [0, b] × [0, c], divided into boxes of six tetrahedra each.
 
     Boundaries: "left", "right" (across X), "front", "back" (across Y), "bottom", "top" (across Z).
 
     Args:
         size: Sides (a, b, c), positive.
-        spacing: Cell size wanted; the nearest that divides each side is taken.
+        spacing: Desired cell size; the nearest that divides each side is taken.
     """
 
     size: tuple[Positive, Positive, Positive]

@@ -27,7 +27,7 @@ class Ventricle:
     The axis is Z, unless said otherwise, the centre of both ellipsoids the origin. Boundaries: "endocardium",
     "epicardium", "base".
     The defaults are those of problems 2 and 3 of Land et al. 2015 (Proc. R. Soc. A 471: 20150641,
-    doi 10.1098/rspa.2015.0641), in mm. Any unit of length will do if the others fit it.
+    doi 10.1098/rspa.2015.0641), in mm. Any unit of length will do if the other units are consistent with it.
 
     The mesh is gmsh's, of straight tetrahedra, so that its volume tends to :attr:`volume` like spacing². Its
     cells lie in layers through the wall; at least two are needed for fibres that turn within the wall.
@@ -37,9 +37,9 @@ class Ventricle:
         epicardium: Semi-axes (short, long) of the outer ellipsoid, larger than the inner ones.
         base: Height Z of the plane, within the inner ellipsoid; or heights of the rims of endocardium and
             epicardium, which straight lines join, so that the base is part of a cone.
-        spacing: Edge length wanted.
-        layers: Layers of cells through the wall; the whole number next to wall / spacing unless given, with
-            a warning where a layer's thickness is a fifth or more off the spacing.
+        spacing: Desired edge length.
+        layers: Layers of cells through the wall; unless given, wall / spacing, rounded, with a warning if a
+            layer's thickness differs from the spacing by a fifth or more.
         axis: The axis of the mesh along which the long axis lies, the base towards its positive end; the
             other two follow in their order.
     """

@@ -16,8 +16,8 @@ class Arostica2025:
     + a_fs/(2b_fs) (exp(b_fs I₈²) − 1),
 
     with χ(I₄) = 1/(1 + exp(−k (I₄ − 1))) and Ī₁ = (det Fe)^(−2/3) I₁. In a nearly incompressible body the
-    matrix sees no change of volume, and fibres and sheets see all of Fe, not only what leaves the volume as
-    it is. At rest fibres have half of their stiffness, and a little in compression.
+    matrix sees no change of volume, and fibres and sheets see all of Fe, not only its isochoric part. At
+    rest fibres have half of their stiffness, and a little in compression.
 
     Source: R. Aróstica and others, Comput. Methods Appl. Mech. Eng. 435 (2025) 117485,
     doi 10.1016/j.cma.2024.117485, of which the defaults are the parameters, in Pa.

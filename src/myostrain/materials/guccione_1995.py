@@ -13,7 +13,7 @@ class Guccione1995:
 
     Q = bf E_ff² + bt (E_ss² + E_nn² + E_sn² + E_ns²) + bfs (E_fs² + E_sf² + E_fn² + E_nf²).
 
-    Nothing but the fibre is a special direction: Q is written by E_ff, |E f0|² and |E|², and needs no sheets.
+    The fibre is the only special direction: Q is written in E_ff, |E f0|² and |E|², and needs no sheets.
     Energy and stress at rest are zero.
 
     Sources: J. M. Guccione, A. D. McCulloch, L. K. Waldman, J. Biomech. Eng. 113 (1991) 42–55,

@@ -44,7 +44,7 @@ class Mechanics:
 
     The energy of the body is ∫ Jo W(F Fo⁻¹) dX + k/2 ∫ |u|² dS, under J = 1 or det Fe = 1 as ``kinematics``
     says; stress (3.3) and tangent follow by differentiation. Rigid motions that supports leave free are
-    stopped at as many components of nodes, which bear nothing: loads that do not balance are refused.
+    stopped at as many components of nodes, which bear no load: loads that do not balance are refused.
 
     Args:
         body: The reference body.
@@ -56,13 +56,13 @@ class Mechanics:
         loads: What pushes and pulls it; nothing unless given.
         cavities: Cavities whose pressures are unknowns, and what they are connected to; none unless given.
         relaxation_time: λ of the Kelvin–Voigt body, (4.14) on a line; zero for an elastic one.
-        viscosity: η in place of 2 λ μ: the stress η Ė, a stress times a time.
+        viscosity: η in place of 2 λ μ, for the stress η Ė; a stress times a time.
         density: Mass per reference volume, for a body with inertia; zero for a quasi-static one.
-        spectral_radius: Share of a fast vibration that a step leaves, see
+        spectral_radius: Share of a fast vibration that is left after a step, see
             :class:`~myostrain.mechanics.motion.Inertia`.
         imposed_stretch: A stretch that holds the body for an initial time, from its lowest corner.
         options: PETSc options of the linear solver.
-        tolerance: Largest error of the displacement from iterating, relative to the body's extent.
+        tolerance: Largest error that iterating leaves in the displacement, relative to the body's extent.
         quadrature_degree: Degree of the quadrature; chosen by the elements unless given.
 
     Raises:

@@ -28,15 +28,15 @@ SAME = 1e-6
 
 @description
 class Tip:
-    """Where the potential has a value while its rate is zero, or while a state of the membrane has a value.
+    """Where the potential has one value and its rate is zero, or a state of the membrane another value.
 
-    The first is the point of a front that neither advances nor retreats (Fenton and Karma 1998).
+    With the rate, it is the point of a front that neither advances nor retreats (Fenton and Karma 1998).
 
     Args:
         potential: Value of the potential; the membrane's threshold unless given.
         state: Name of a state of the membrane; the rate of the potential unless given.
         value: Value of the state, or of the rate.
-        every: Simulated time between two looks; a thousandth of the run unless given.
+        every: Simulated time between two samples; a thousandth of the run unless given.
     """
 
     potential: Finite | None = None
