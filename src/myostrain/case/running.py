@@ -175,7 +175,7 @@ def goes_on(case: Case, ended: Mapping[str, Any]) -> bool:
     if refused or case.time.end <= ended["time"] * (1 + 1e-9):
         raise InputError(
             f"the run had ended, at t = {ended['time']:g}, and was another ({said(refused or found)}): put "
-            "that back, give a later time.end to go on, or run anew into another folder",
+            "that back, give a later time.end to go on, or run it again into another folder",
             "--resume",
         )
     return True

@@ -46,7 +46,7 @@ class Table:
             found = comm.bcast(path.stat().st_size if comm.rank == 0 and path.exists() else 0, root=0)
             if found < size:
                 raise InputError(
-                    f"{path} is shorter than when the checkpoint was written; put it back, or run anew",
+                    f"{path} is shorter than when the checkpoint was written; put it back, or run it again",
                     "--resume",
                 )
 

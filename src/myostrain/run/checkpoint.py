@@ -106,7 +106,7 @@ class Checkpoints:
         if tree.pop("mesh") != mesh:
             raise InputError(
                 "the mesh is not that of the checkpoint: its file, the geometry or potential.refinement was "
-                "changed; put it back, or run anew",
+                "changed; put it back, or start again",
                 "geometry",
             )
         return self._unpacked(tree, arrays), damages
@@ -126,7 +126,7 @@ class Checkpoints:
                 return tree, arrays, damages
         if damages:
             raise InputError(
-                f"no checkpoint can be used: {'; '.join(damages)}. Run the case anew into another folder: "
+                f"no checkpoint can be used: {'; '.join(damages)}. Run the case again into another folder: "
                 f"`myostrain run {self.folder.parent / 'case.toml'} --out DIR`",
                 "--resume",
             )
@@ -147,7 +147,9 @@ class Checkpoints:
             if isinstance(value, dict) and value.keys() == {"field", "array"}:
                 space = self._spaces.get(value["field"]) if isinstance(value["field"], str) else None
                 if space is None:
-                    raise InputError("the checkpoint is that of another case; run anew", "--resume")
+                    raise InputError(
+                        "the checkpoint is that of another case; start again in another folder", "--resume"
+                    )
                 array, size = arrays.get(str(value["array"])), global_dofs(space)
                 if array is None or array.dtype != np.float64:
                     raise _Damage("it lacks numbers of a field")
@@ -155,7 +157,9 @@ class Checkpoints:
                     raise _Damage(f"a field has {array.shape} numbers in place of {size}")
             elif isinstance(value, dict) and value.keys() == CELLS:
                 if value["space"] not in self._spaces:
-                    raise InputError("the checkpoint is that of another case; run anew", "--resume")
+                    raise InputError(
+                        "the checkpoint is that of another case; start again in another folder", "--resume"
+                    )
                 corners, values = (arrays.get(str(value[name])) for name in ("corners", "values"))
                 if corners is None or values is None or corners.shape != values.shape[:2]:
                     raise _Damage("it lacks numbers of some cells")

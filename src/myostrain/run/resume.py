@@ -92,7 +92,7 @@ def accept(saved: State, now: State, step: float, steps: int) -> list[dict[str, 
     if refused := fixed(found):
         raise InputError(
             f"this is not the case of the checkpoint: it was changed since ({said(refused)}); put it back, "
-            "or run anew into another folder. Loads, time.end, output, solvers and tolerances may change",
+            "or start again in another folder. Loads, time.end, output, solvers and tolerances may change",
             "--resume",
         )
     if not math.isclose(before, step, rel_tol=1e-9):
@@ -117,7 +117,7 @@ def restoring() -> Iterator[None]:
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
         raise InputError(
             f"the checkpoint holds no state of this model ({type(error).__name__}: {error}): another program "
-            "or version wrote it; run anew into another folder",
+            "or version wrote it; start again in another folder",
             "--resume",
         ) from error
 

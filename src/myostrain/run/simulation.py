@@ -304,7 +304,7 @@ class Simulation:
         for key, digest in before.items():
             if self._files.get(key) != digest:
                 raise InputError(
-                    "the file was changed since the checkpoint; put it back, or run anew into another folder",
+                    "the file was changed since the checkpoint; put it back, or start in another folder",
                     key,
                 )
         log.info("resumed at t = %.6g, step %d", saved["model"]["time"], saved["model"]["steps"])

@@ -98,7 +98,7 @@ def plan(case: str | Path | Case, values: Mapping[str, Any], *, grid: bool = Tru
     counts = {key: len(several) for key, several in axes.items()}
     if not grid and len(set(counts.values())) > 1:
         lengths = ", ".join(f"{key} has {count}" for key, count in counts.items())
-        raise InputError(f"value by value, all keys need as many values: {lengths}", "--list")
+        raise InputError(f"all keys need the same number of values: {lengths}", "--list")
     total = int(np.prod(list(counts.values()), dtype=float)) if grid else next(iter(counts.values()))
     if total > MOST:
         raise InputError(f"these are {total} runs; {MOST} are allowed", "--set")
