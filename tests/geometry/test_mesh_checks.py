@@ -65,7 +65,7 @@ def test_a_wrong_mesh_is_refused_with_a_place(tmp_path, content, words):
     path = tmp_path / "body.msh"
     path.write_bytes(content)
     with pytest.raises(InputError) as caught:
-        ms.build(ms.geometry.ms.geometry.MeshFile(path=path), ms.UniformFibres(direction=(1, 0)), ALONE)
+        ms.build(ms.geometry.MeshFile(path=path), ms.UniformFibres(direction=(1, 0)), ALONE)
     assert all(word in str(caught.value) for word in ("geometry.path", str(path), *words)), str(caught.value)
 
 

@@ -133,7 +133,7 @@ def test_probe_table(run):
     header, rows = read_probes(folder)
     line = case.name == "short"
     fields = ["potential", "recovery", "activation", "displacement_x", *([] if line else ["displacement_y"])]
-    assert header == ["time", *(f"{probe}.{field}" for probe in case.probes for field in fields)]
+    assert header == ["time", *(f"{probe}_{field}" for probe in case.probes for field in fields)]
     steps = results["steps"]
     # A row every thousandth of the run, at most every step that solves mechanics, from 0 to the end.
     times = np.linspace(0.0, case.time.end, steps // case.scheme.every + 1)

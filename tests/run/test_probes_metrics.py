@@ -64,8 +64,9 @@ def test_points_outside_are_refused(space):
     for point in (highest + 1e-5, [-1e-5] * dim, [1e9] * dim):
         with pytest.raises(InputError, match=r"probes\.b: .* outside the body"):
             Probes(space, {"a": nodes(space)[0], "b": point})
+    what = "a finite coordinate" if dim == 1 else f"{dim} finite coordinates"
     for point in ([np.nan] * dim, [np.inf] * dim, [1.0] * (dim - 1), [1.0] * 4):
-        with pytest.raises(InputError, match=rf"probes\.b: .*give {dim} finite coordinates"):
+        with pytest.raises(InputError, match=rf"probes\.b: .*give {what}"):
             Probes(space, {"a": nodes(space)[0], "b": point})
 
 

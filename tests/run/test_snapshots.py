@@ -161,7 +161,7 @@ def test_a_full_disk_is_a_failed_computation(model, tmp_path, monkeypatch, funct
         with pytest.raises(ComputationError) as failed:
             writer.write(4, 4e-3)
     assert str(failed.value) == (
-        f"{frame(tmp_path, 4)} cannot be written: No space left on device "
+        f"{frame(tmp_path, 4)} cannot be written: No space left on device. "
         "Try: free space, then `myostrain run --resume --out DIR`."
     )
     assert listing(tmp_path / "snapshots") == ["frame-000000000.npz", "mesh.npz"]

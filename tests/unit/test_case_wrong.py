@@ -44,7 +44,7 @@ WRONG = [
         ("initial.potential", (INF, NAN), "finite"),
         ("initial.potential", ("high", True), "number"),
         ("initial.potential", (4.0,), "singular"),
-        ("initial.center", ([], [1, 2, 3, 4]), "coordinates"),
+        ("initial.center", ([], [1, 2, 3, 4]), "coordinate"),
         ("initial.center", (3.0, "middle"), "initial.center"),
         ("initial.radius", (0, -5.0), "greater than 0"),
         ("activation.beta", (-0.1,), "greater than or equal to 0"),

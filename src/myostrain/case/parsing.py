@@ -215,7 +215,7 @@ def places_of(name: str, data: Mapping[str, Any]) -> list[str]:
         name: The last part of a key.
         data: The case, with the sections that it has.
     """
-    tables = {section: table for section, table in data.items() if isinstance(table, Mapping)}
+    tables = {key: table for key, table in data.items() if key != name and isinstance(table, Mapping)}
     if found := [f"{section}.{name}" for section, table in tables.items() if name in table]:
         return found
     return [
