@@ -33,11 +33,13 @@ def test_killed_at_any_moment_a_resumed_run_ends_with_the_same_result(campaign):
     survived(campaign.kills(LINE, 7), 7)
 
 
+@pytest.mark.slow  # as test_cli and test_resume do with a line
 def test_interrupted_it_leaves_a_checkpoint(campaign):
     """Interface: exit status 130 after SIGINT and 143 after SIGTERM, each after a checkpoint."""
     survived(campaign.signals(BARE, 1), 1)
 
 
+@pytest.mark.slow  # as tests/mpi do
 @pytest.mark.mpi
 @pytest.mark.skipif(MPIEXEC is None, reason="there is no mpiexec beside this Python or on the path")
 def test_a_run_goes_on_with_another_number_of_processes(campaign):
@@ -55,6 +57,7 @@ def test_a_full_disk_is_a_failure_that_a_resumed_run_repairs(campaign):
     survived(campaign.file_limit(BARE, (0.8,)), 1)
 
 
+@pytest.mark.slow  # as test_folder does
 def test_one_run_a_folder(campaign):
     """A folder in use is refused to `--resume` and to `--force`, the run in it is not disturbed."""
     survived(campaign.in_use(BARE), 2)
