@@ -57,7 +57,7 @@ def test_a_full_disk_is_a_failure_that_a_resumed_run_repairs(campaign):
     survived(campaign.file_limit(BARE, (0.8,)), 1)
 
 
-@pytest.mark.slow  # as test_folder does
+@pytest.mark.slow  # as test_resume does
 def test_one_run_a_folder(campaign):
     """A folder in use is refused to `--resume` and to `--force`, the run in it is not disturbed."""
     survived(campaign.in_use(BARE), 2)
