@@ -18,6 +18,9 @@ from myostrain.kernel_cache import claim_cache
 
 # PETSc would end the process at SIGTERM before a run can write a checkpoint.
 os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
+# With more processes than cores, MPICH's busy waiting would take the time of those that compute.
+if int(os.environ.get("MPI_LOCALNRANKS", "1")) > (os.cpu_count() or 1):
+    os.environ.setdefault("MPIR_CVAR_ENABLE_HEAVY_YIELD", "1")
 
 try:
     import dolfinx

@@ -1,4 +1,4 @@
-"""The folder of compiled kernels: made, and freed of what a killed compilation left."""
+"""The folder of compiled kernels: made, freed of what a killed compilation left, and kept small."""
 
 from __future__ import annotations
 
@@ -13,12 +13,16 @@ from myostrain.errors import InputError
 #: Its lock, which every process that may compile shares as long as it lives.
 LOCK = ".in-use"
 
+#: So many kernels are kept. FFCx lists the folder for every kernel that it loads: 10 ms with 5,000 of them.
+KEPT = 3000
+
 
 def claim_cache(folder: Path) -> None:
     """Make the folder of compiled kernels ready for this process.
 
     FFCx takes a C file without a finished library for a compilation that goes on, and waits for it. When a
     compilation was killed that would be for ever: such files are removed if no other process uses the folder.
+    So are object files, and where kernels are a third more than :data:`KEPT`, the least recently used ones.
 
     Args:
         folder: The folder.
@@ -44,5 +48,22 @@ def claim_cache(folder: Path) -> None:
             for mark in folder.glob(f"libffcx_*.c.{kind}"):
                 if not mark.with_suffix("").exists():
                     mark.unlink(missing_ok=True)
+        _prune(folder)
     with contextlib.suppress(OSError):
         fcntl.flock(handle, fcntl.LOCK_SH)  # until the process ends
+
+
+def _prune(folder: Path) -> None:
+    """Remove object files, and the kernels that were not used the longest where there are too many."""
+    for left in folder.glob("*.o"):
+        left.unlink(missing_ok=True)
+    libraries = list(folder.glob("*.so"))
+    if len(libraries) <= KEPT * 4 // 3:
+        return
+    # The access time is kept by the day at best, on some file systems not at all.
+    used = {library: max(library.stat().st_atime, library.stat().st_mtime) for library in libraries}
+    for library in sorted(libraries, key=used.__getitem__)[:-KEPT]:
+        stem = library.name.partition(".")[0]
+        for ending in (".c.cached", ".c"):  # the mark first: without it the rest is a killed compilation
+            library.with_name(stem + ending).unlink(missing_ok=True)
+        library.unlink(missing_ok=True)

@@ -244,6 +244,20 @@ def test_what_a_killed_compiler_left_is_removed_when_nobody_compiles(tmp_path):
     assert left == {".in-use", "libffcx_forms_b.c", "libffcx_forms_b.c.cached", "mine.c"}
 
 
+def test_kernels_that_nobody_uses_any_more_are_removed(tmp_path, monkeypatch):
+    """The folder does not grow without end: the least recently used go, whole, and all object files."""
+    monkeypatch.setattr("myostrain.kernel_cache.KEPT", 3)
+    endings = (".c", ".c.cached", ".cpython-312-x86_64-linux-gnu.so", ".o")
+    for number, name in enumerate(["d", "b", "a", "c", "e"]):
+        for ending in endings:
+            path = tmp_path / f"libffcx_forms_{name}{ending}"
+            path.touch()
+            os.utime(path, (1e9 + number, 1e9 + number))
+    claim_cache(tmp_path)
+    kept = {f"libffcx_forms_{name}{ending}" for name in "ace" for ending in endings[:-1]}
+    assert {path.name for path in tmp_path.iterdir()} == {".in-use", *kept}
+
+
 def test_new_and_empty_folders_are_taken(tmp_path):
     """--out DIR: made with its parents where it is not there, used where it is empty."""
     (tmp_path / "empty").mkdir()
