@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from myostrain.cli.commands import _load_engine, _warnings_shown, app, screen
+from myostrain.cli.options import Force, Out, Quiet
 from myostrain.errors import InputError, nearest
 from myostrain.run.progress import ProgressDisplay
 
@@ -20,12 +21,6 @@ Overrides = Annotated[
         help="Change a parameter, such as set=ENDO, or stimulus.strength and stimulus.duration.",
     ),
 ]
-Out = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
-]
-Force = Annotated[bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")]
-Quiet = Annotated[bool, typer.Option("--quiet", help="A line every few seconds instead of a progress bar.")]
 
 
 def membrane_of(model: str, values: dict[str, Any]) -> Any:

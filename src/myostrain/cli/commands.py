@@ -16,6 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
+from myostrain.cli.options import CaseName, Force, Out, Quiet
 from myostrain.errors import ComputationError, InputError, Interrupted
 from myostrain.run.progress import ProgressDisplay, errors
 
@@ -78,26 +79,17 @@ def show(case: Annotated[str, typer.Argument(metavar="CASE", help="A named case.
 
 @app.command()
 def run(
-    case: Annotated[
-        str | None, typer.Argument(metavar="CASE|FILE.toml", help="A named case, or a case file.")
-    ] = None,
+    case: CaseName = None,
     overrides: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Change one key; values as in TOML."),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Result folder; a new one under runs/ by default."),
-    ] = None,
+    out: Out = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on from the last checkpoint in DIR; CASE is not needed.")
     ] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", help="A line every few seconds instead of a progress bar.")
-    ] = False,
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace the results of an earlier run in DIR.")
-    ] = False,
+    quiet: Quiet = False,
+    force: Force = False,
 ) -> None:
     """Run a case and write a result folder."""
     from myostrain import cases
@@ -209,9 +201,7 @@ def reproduce(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Compute everything again; use no earlier outcomes.")
     ] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", help="A line every few seconds instead of a progress bar.")
-    ] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Reproduce the paper: its figures, theory and claims beside what is measured, on one HTML page."""
     _load_engine()

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from myostrain.cli.commands import _load_engine, _warnings_shown, app, screen
+from myostrain.cli.options import CaseName, Quiet
 from myostrain.errors import InputError
 from myostrain.run.progress import ProgressDisplay, errors
 
@@ -14,9 +15,7 @@ import typer
 
 @app.command()
 def sweep(
-    case: Annotated[
-        str | None, typer.Argument(metavar="CASE|FILE.toml", help="A named case, or a case file.")
-    ] = None,
+    case: CaseName = None,
     overrides: Annotated[
         list[str] | None,
         typer.Option(
@@ -47,9 +46,7 @@ def sweep(
     figures: Annotated[
         bool, typer.Option("--figures/--no-figures", help="Whether each run draws its figures.")
     ] = True,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", help="A line every few seconds instead of a progress bar.")
-    ] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run a case over values of its keys: one folder per run, a table of all metrics, a picture."""
     _load_engine()

@@ -11,8 +11,9 @@ from typing import Any
 
 from myostrain.engine import compile_form, fem, lasting
 from myostrain.history import History, backward_difference
+from myostrain.mechanics.rate import Rate
 from myostrain.mechanics.supports import Supports
-from myostrain.state import FieldState, State
+from myostrain.state import State
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +22,7 @@ import ufl
 Array = npt.NDArray[np.float64]
 
 
-class Drift:
+class Drift(Rate):
     """The velocity of a body without inertia, by backward differences over its past configurations.
 
     Args:
@@ -38,7 +39,7 @@ class Drift:
         self._u, space = u, u.function_space
         self._displacement = displacement
         self._velocity_past = fem.Function(space)
-        self.functions: list[fem.Function] = [self._velocity_past]
+        self.functions = [self._velocity_past]
         self.weights = [fem.Constant(space.mesh, 0.0)]
         self.velocity: Any = self._linear(self.weights[0], self._velocity_past)
 
@@ -70,24 +71,9 @@ class Drift:
 
     def clear(self) -> None:
         """At rest."""
-        for weight in self.weights:
-            weight.value = 0.0
+        super().clear()
         for function in self.functions:
             function.x.array[:] = 0.0
-
-    def state(self) -> State:
-        """What the next step needs."""
-        return {
-            "fields": [FieldState.of(function) for function in self.functions],
-            "weights": [float(weight.value) for weight in self.weights],
-        }
-
-    def restore(self, state: State) -> None:
-        """Go on from a state."""
-        for function, field in zip(self.functions, state["fields"], strict=True):
-            field.put(function)
-        for weight, value in zip(self.weights, state["weights"], strict=True):
-            weight.value = value
 
 
 class Inertia(Drift):

@@ -7,10 +7,10 @@ from typing import Any
 from myostrain.engine import fem
 from myostrain.history import History, backward_difference
 from myostrain.mechanics.active_body import ActiveBody
-from myostrain.state import FieldState, State
+from myostrain.mechanics.rate import Rate
 
 
-class StrainRate:
+class StrainRate(Rate):
     """The rate of the strain that a viscous body's dashpot sees.
 
     Args:
@@ -19,6 +19,7 @@ class StrainRate:
         a: The activation.
 
     Attributes:
+        functions: The past unknowns and activations, one after the other.
         weights: Weights of the present and the past strains.
         past: Pairs of unknown and activation, newest first.
         rate: The rate, UFL.
@@ -26,13 +27,9 @@ class StrainRate:
 
     def __init__(self, active: ActiveBody, u: fem.Function, a: fem.Function) -> None:
         self.past = [(fem.Function(u.function_space), fem.Function(a.function_space)) for _ in range(2)]
+        self.functions = [function for pair in self.past for function in pair]
         self.weights = [fem.Constant(u.function_space.mesh, 0.0) for _ in range(3)]
         self.rate: Any = active.strain_rate(self.weights, [(u, a), *self.past])
-
-    @property
-    def functions(self) -> list[fem.Function]:
-        """The past unknowns and activations, one after the other."""
-        return [function for pair in self.past for function in pair]
 
     @property
     def depends_on(self) -> list[fem.Function | fem.Constant]:
@@ -47,22 +44,3 @@ class StrainRate:
             constant.value = weight
         for (u, a), u_past, a_past in zip(self.past, us.values, activations.values, strict=False):
             u.x.array[:], a.x.array[:] = u_past, a_past
-
-    def clear(self) -> None:
-        """No rate."""
-        for constant in self.weights:
-            constant.value = 0.0
-
-    def state(self) -> State:
-        """Past configurations and their weights."""
-        return {
-            "fields": [FieldState.of(function) for function in self.functions],
-            "weights": [float(weight.value) for weight in self.weights],
-        }
-
-    def restore(self, state: State) -> None:
-        """Go on from a state."""
-        for function, field in zip(self.functions, state["fields"], strict=True):
-            field.put(function)
-        for weight, value in zip(self.weights, state["weights"], strict=True):
-            weight.value = value
