@@ -8,6 +8,7 @@ from myostrain.engine import compile_form, fem
 from myostrain.errors import ComputationError, InputError
 from myostrain.geometry import Body
 from myostrain.geometry.cell_fields import CellFields
+from myostrain.geometry.corners import corners
 from myostrain.geometry.refinement import RefinedBody
 from myostrain.kinematics import Deformation
 from myostrain.solvers.linear import Options, make_ksp, reason
@@ -196,7 +197,7 @@ def _mass(space: fem.FunctionSpace) -> Any:
 
     mesh, cells = space.mesh, space.dofmap.list
     n = cells.shape[1]
-    x = mesh.geometry.x[mesh.geometry.dofmaps[0]][..., : n - 1]
+    x = corners(mesh)
     volumes = np.abs(np.linalg.det(x[:, 1:] - x[:, :1]))
     # ∫ φᵢ φⱼ over a simplex is its volume times (1 + δᵢⱼ) / (n (n + 1)), its volume det / (n − 1)!.
     local = (np.ones((n, n)) + np.eye(n)) / (n * (n + 1) * (1, 1, 2, 6)[n - 1])

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from myostrain.errors import InputError
 from myostrain.geometry.body import check_size
-from myostrain.geometry.ellipsoids import Ellipsoid, Points, below, counts, mesh_walls
+from myostrain.geometry.ellipsoids import Ellipsoid, Order, Points, below, counts, mesh_walls
 from myostrain.geometry.meshed import Meshed
 from myostrain.validation import Finite, Positive, description
 
@@ -33,6 +33,7 @@ class Biventricle:
         right_centre: X of the right ellipsoids' centre, positive.
         base: Height Z of the plane.
         spacing: Desired edge length.
+        order: Degree of the cells' geometry: 1 straight, 2 curved.
     """
 
     left: tuple[Positive, Positive, Positive] = (20.0, 20.0, 50.0)
@@ -42,6 +43,7 @@ class Biventricle:
     right_centre: Positive = 16.0
     base: Finite = 12.0
     spacing: Positive = 5.0
+    order: Order = 1
     dim: ClassVar[int] = 3
 
     def _check(self) -> None:
@@ -129,7 +131,7 @@ class Biventricle:
 
         names = ("endocardium_left", "endocardium_right", "epicardium", "base")
         thickness = min(self.left_wall, self.right_wall)
-        return mesh_walls(comm, add, self.spacing, thickness, self._place, names)
+        return mesh_walls(comm, add, self.spacing, thickness, self._place, names, self.order)
 
 
 def _thicker(semi_axes: tuple[float, float, float], wall: float) -> tuple[float, float, float]:

@@ -52,6 +52,9 @@ class Ellipsoid:
 Axis = Literal["x", "y", "z"]
 """An axis of the mesh."""
 
+Order = Literal[1, 2]
+"""Degree of the cells' geometry: 1 straight, 2 curved, with nodes of their edges on the curved surfaces."""
+
 
 def roll(axis: Axis) -> int:
     """By how many places coordinates about Z are to be rolled for an axis in place of Z."""
@@ -92,6 +95,7 @@ def mesh_walls(
     thickness: float,
     place: Callable[[Points], str],
     boundaries: Sequence[str],
+    order: Order = 1,
 ) -> Meshed:
     """Mesh volumes with gmsh, and name what bounds them together by where its nodes are.
 
@@ -102,9 +106,10 @@ def mesh_walls(
         thickness: Least thickness of the walls, for advice.
         place: Gives the name of a surface that has these nodes (n, 3).
         boundaries: The names, numbered from 1 in this order.
+        order: Degree of the cells' geometry.
 
     Raises:
-        InputError: Gmsh is not there or fails.
+        InputError: Gmsh is not there or fails, or a curved cell would be inverted.
     """
 
     def make(gmsh: Any) -> int:
@@ -116,6 +121,8 @@ def mesh_walls(
             add(gmsh)
             model.occ.synchronize()
             model.mesh.generate(3)
+            if order == 2:
+                model.mesh.setOrder(2)
         except Exception as error:  # gmsh raises plain Exception
             says = " ".join(str(error).split())
             raise InputError(
@@ -123,6 +130,8 @@ def mesh_walls(
                 f"most {2 * thickness:.3g} (it says: {says})",
                 "geometry.spacing",
             ) from error
+        if order == 2:
+            _check_curved(model, spacing)
         named: dict[str, list[int]] = {name: [] for name in boundaries}
         for _, surface in model.getBoundary(model.getEntities(3), oriented=False):
             _, coordinates, _ = model.mesh.getNodes(2, surface, includeBoundary=True)
@@ -133,6 +142,24 @@ def mesh_walls(
         return 3
 
     return to_meshed(comm, make, "the wall")
+
+
+def _check_curved(model: Any, spacing: float) -> None:
+    """Refuse curved cells whose volume is negative somewhere, after gmsh has tried to mend them.
+
+    Raises:
+        InputError: There are some.
+    """
+    for _ in range(2):
+        _, tags, _ = model.mesh.getElements(3)
+        inverted = int((model.mesh.getElementQualities(np.concatenate(tags), "minDetJac") <= 0).sum())
+        if not inverted:
+            return
+        model.mesh.optimize("HighOrder")
+    raise InputError(
+        f"{inverted} curved cells are inverted: choose a smaller spacing than {spacing:g}, or order = 1",
+        "geometry.order",
+    )
 
 
 def counts(volume: float, surface: float, spacing: float) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from myostrain.engine import fem, jit_options
+from myostrain.geometry.corners import corners
 
 import numpy as np
 import numpy.typing as npt
@@ -50,8 +51,11 @@ def harmonic(
 
 
 def gradients(u: fem.Function) -> tuple[Any, Any]:
-    """Values (cells, dim + 1) of a P1 function at the corners of each cell, and its gradient (cells, dim)."""
+    """Values (cells, dim + 1) of a P1 function at the corners of each cell, and its gradient (cells, dim).
+
+    The gradient is that in the straight cell between the corners.
+    """
     mesh = u.function_space.mesh
-    x = mesh.geometry.x[mesh.geometry.dofmaps[0]][..., : mesh.geometry.dim]
+    x = corners(mesh)
     values = u.x.array[u.function_space.dofmap.list]
     return values, np.linalg.solve(x[:, 1:] - x[:, :1], (values[:, 1:] - values[:, :1])[..., None])[..., 0]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from myostrain.engine import MPI, lasting
+from myostrain.geometry.corners import corners
 
 import numpy as np
 import numpy.typing as npt
@@ -35,14 +36,14 @@ class Quality:
 
 
 def quality(mesh: Any) -> Quality:
-    """Measure the cells of a mesh of straight triangles or tetrahedra.
+    """Measure the triangles or tetrahedra of a mesh, those between the corners of curved ones.
 
     Args:
         mesh: A DOLFINx mesh of two or three dimensions.
     """
     dim = mesh.topology.dim
     owned = mesh.topology.index_map(dim).size_local
-    x = mesh.geometry.x[mesh.geometry.dofmaps[0][:owned]][..., : mesh.geometry.dim]
+    x = corners(mesh)[:owned]
     # Gradients of the barycentric coordinates: inward normals of the sides, each as long as 1 / height.
     edges = x[:, 1:] - x[:, :1]
     gradients = np.swapaxes(np.linalg.inv(edges), 1, 2)

@@ -9,12 +9,13 @@ from myostrain.engine import fem, lasting
 from myostrain.errors import InputError
 from myostrain.geometry.body import MAX_CELLS, Body
 from myostrain.geometry.cell_fields import CellFields
+from myostrain.geometry.corners import corners, is_curved
 from myostrain.geometry.fibres import Microstructure
 from myostrain.geometry.meshed import Meshed
 from myostrain.geometry.numbering import canonical_numbers
 from myostrain.validation import Level, checked
 
-import basix
+import basix.ufl
 import numpy as np
 import numpy.typing as npt
 import ufl
@@ -64,7 +65,8 @@ def refined(body: Body, levels: int) -> Body:
     Names of boundaries and regions are inherited, and so are fibres: a new cell has the parent's directions
     at its own centre. A new cell is on the process of its parent, and the mesh is the same on any number
     of processes. The octahedron in the middle of a tetrahedron is divided about its shortest diagonal, so
-    that cells do not get ever flatter (J. Bey, Computing 55 (1995) 355–378, doi 10.1007/BF02238487).
+    that cells do not get ever flatter (J. Bey, Computing 55 (1995) 355–378, doi 10.1007/BF02238487). Cells of
+    curved ones are straight, with corners at the curved ones' nodes.
 
     Args:
         body: The body.
@@ -83,9 +85,9 @@ def refined(body: Body, levels: int) -> Body:
     if levels == 0:
         return body
     meshed, dim = body.meshed, body.dim
-    corners = np.vstack([np.zeros(dim), np.eye(dim)])
+    unit = np.vstack([np.zeros(dim), np.eye(dim)])
     owned = body.mesh.topology.index_map(dim).size_local
-    parents, places = np.arange(owned, dtype=np.int32), np.broadcast_to(corners, (owned, dim + 1, dim))
+    parents, places = np.arange(owned, dtype=np.int32), np.broadcast_to(unit, (owned, dim + 1, dim))
     for _ in range(levels):
         meshed, above, nodes = _refined(meshed)
         places = np.einsum("cik,ckd->cid", _shares(dim)[nodes], places[above])
@@ -114,10 +116,11 @@ def _refined(meshed: Meshed) -> tuple[Meshed, Cells, Numbers]:
     owned = mesh.topology.index_map(dim).size_local
     space = fem.functionspace(mesh, ("Lagrange", 2))
     numbers, dofs = canonical_numbers(space), space.dofmap.list[:owned]
-    corners = mesh.geometry.x[mesh.geometry.dofmaps[0][:owned], :dim]
-    # Half the sum, which has the same bits from either end.
     points = np.empty((len(numbers), dim))
-    points[dofs] = np.einsum("nk,ckd->cnd", _shares(dim), corners)
+    if is_curved(mesh):  # its own nodes of degree 2, by the same order
+        points[dofs] = mesh.geometry.x[mesh.geometry.dofmaps[0][:owned], :dim]
+    else:  # half the sum, which has the same bits from either end
+        points[dofs] = np.einsum("nk,ckd->cnd", _shares(dim), corners(mesh)[:owned])
     nodes = CHILDREN[dim][_diagonals(points[dofs])].reshape(-1, dim + 1)
     above = np.repeat(np.arange(owned, dtype=np.int32), 2**dim)
     fine = _made(mesh, comm, space.dofmap.index_map, numbers, points, numbers[dofs][above[:, None], nodes])
@@ -153,8 +156,8 @@ def _made(
         own = np.full((len(given[0]) // cells.shape[1], 1), comm.rank, dtype=np.int32)
         return graph.adjacencylist(own)._cpp_object
 
-    domain = ufl.Mesh(mesh.ufl_domain().ufl_coordinate_element())
-    return dmesh.create_mesh(mesh.comm, cells, domain, whole, partitioner=stay)
+    straight = basix.ufl.element("Lagrange", mesh.basix_cell(), 1, shape=(points.shape[1],))
+    return dmesh.create_mesh(mesh.comm, cells, ufl.Mesh(straight), whole, partitioner=stay)
 
 
 def _named(meshed: Meshed, fine: dmesh.Mesh, above: Cells, nodes: Numbers) -> Meshed:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from myostrain.errors import InputError
 from myostrain.geometry.body import cells_along, check_size
-from myostrain.geometry.ellipsoids import Axis, Ellipsoid, Points, below, counts, mesh_walls, roll
+from myostrain.geometry.ellipsoids import Axis, Ellipsoid, Order, Points, below, counts, mesh_walls, roll
 from myostrain.geometry.meshed import Meshed
 from myostrain.validation import Count, Finite, Positive, description
 
@@ -29,8 +29,8 @@ class Ventricle:
     The defaults are those of problems 2 and 3 of Land et al. 2015 (Proc. R. Soc. A 471: 20150641,
     doi 10.1098/rspa.2015.0641), in mm. Any unit of length will do if the other units are consistent with it.
 
-    The mesh is gmsh's, of straight tetrahedra, so that its volume tends to :attr:`volume` like spacing². Its
-    cells lie in layers through the wall; at least two are needed for fibres that turn within the wall.
+    The mesh is gmsh's. That of straight tetrahedra has a volume that tends to :attr:`volume` like spacing².
+    Its cells lie in layers through the wall; at least two are needed for fibres that turn within the wall.
 
     Args:
         endocardium: Semi-axes (short, long) of the inner ellipsoid, across and along Z.
@@ -42,6 +42,9 @@ class Ventricle:
             layer's thickness differs from the spacing by a fifth or more.
         axis: The axis of the mesh along which the long axis lies, the base towards its positive end; the
             other two follow in their order.
+        order: Degree of the cells' geometry: 1 straight, 2 curved. Straight cells, as wide as a quarter of
+            the inner radius, took 7 per cent of the twist of a contracting ventricle; curved ones cost no
+            unknowns.
     """
 
     endocardium: tuple[Positive, Positive] = (7.0, 17.0)
@@ -50,6 +53,7 @@ class Ventricle:
     spacing: Positive = 1.5
     layers: Count | None = None
     axis: Axis = "z"
+    order: Order = 1
     dim: ClassVar[int] = 3
 
     def _check(self) -> None:
@@ -146,7 +150,7 @@ class Ventricle:
                 occ.fragment(walls[:1], walls[1:])
 
         names = ("endocardium", "epicardium", "base")
-        meshed = mesh_walls(comm, add, self.spacing, thickness, self._place, names)
+        meshed = mesh_walls(comm, add, self.spacing, thickness, self._place, names, self.order)
         x = meshed.mesh.geometry.x
         x[:] = np.roll(x, roll(self.axis), axis=1)
         return meshed

@@ -7,6 +7,7 @@ from typing import Any
 
 from myostrain.engine import MPI, fem
 from myostrain.geometry import Body
+from myostrain.geometry.corners import corner_nodes
 from myostrain.mechanics.rigid_motions import surface
 
 import numpy as np
@@ -103,7 +104,7 @@ def _nodes(body: Body, space: fem.FunctionSpace, facets: np.ndarray) -> np.ndarr
     mesh, dim = body.mesh, body.dim
     if not len(facets):
         return np.zeros((0, dim), dtype=np.int64)
-    corners = dmesh.entities_to_geometry(mesh, dim - 1, facets)
+    corners = dmesh.entities_to_geometry(mesh, dim - 1, facets)[:, :dim]
     number = np.empty(len(mesh.geometry.x), dtype=np.int64)
-    number[mesh.geometry.dofmaps[0].ravel()] = space.dofmap.list.ravel()
+    number[corner_nodes(mesh).ravel()] = space.dofmap.list.ravel()
     return number[corners]

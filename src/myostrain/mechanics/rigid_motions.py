@@ -138,8 +138,8 @@ def surface(body: Body, parts: Sequence[str] | None) -> tuple[Array, Array]:
     facets = body.boundary_facets(parts)
     facets = facets[facets < mesh.topology.index_map(dim - 1).size_local]
     mesh.topology.create_connectivity(dim - 1, dim)
-    corners = dmesh.entities_to_geometry(mesh, dim - 1, facets) if len(facets) else np.zeros((0, dim), int)
-    points = mesh.geometry.x[corners][:, :, :dim]
+    nodes = dmesh.entities_to_geometry(mesh, dim - 1, facets) if len(facets) else np.zeros((0, dim), int)
+    points = mesh.geometry.x[nodes[:, :dim]][:, :, :dim]
     if dim == 1:
         normals = np.ones((len(points), 1))
     elif dim == 2:
