@@ -99,6 +99,34 @@ def test_valves_and_mass():
     assert (runs == 1).sum() == 4  # two isovolumetric phases a beat: no chatter
 
 
+def test_what_is_accepted_twice_is_kept_once():
+    """Circuit.accept: "A time that has been accepted keeps what it has"."""
+
+    def beats(often, restored):
+        circuit = Circuit(HUMAN)
+        for time, pressure in ((0.0, 10.0), (0.01, 12.0), (0.02, 15.0), (0.03, 19.0)):
+            circuit.prepare(time, 2)
+            pressures = np.array([pressure])
+            circuit.tied(np.array([100.0]), pressures)
+            for _ in range(often):
+                circuit.accept(time, np.array([100.0]), pressures)
+            if restored:
+                state, circuit = circuit.state(), Circuit(HUMAN)
+                circuit.restore(state)
+                circuit.accept(time, circuit.volumes, circuit.pressures)
+        guess = circuit.prepare(0.04, 2)
+        return [
+            *guess,
+            *np.concatenate(circuit.tied(np.array([100.0]), guess)[:2], axis=None),
+            *circuit.states,
+        ]
+
+    once = beats(1, False)
+    assert np.isfinite(once).all()
+    assert beats(2, False) == once
+    assert beats(1, True) == once
+
+
 def test_isovolumetric_keeps_the_volume():
     """To round-off, whatever the steps."""
     circuit = Circuit(Isovolumetric(cavities=2), np.array([1.0, 2.0]))
