@@ -50,6 +50,7 @@ class Electromechanics:
         transfer: What the two meshes hand each other; a rigid body has none.
         activation: The law's states, and γ or the tension at the nodes; None for a rigid body.
         coupling_iterations: Fixed-point iterations done so far (the implicit scheme).
+        switches: Nodes whose side of a switch was held within a step so far, over all steps.
         feedback: By how much J v answers to v through J, at once or within a step: measured on the law.
         displacement_lag: Largest difference so far between the body that the potential was solved on and the
             one that mechanics then found for the same time (the schemes of one pass).
@@ -99,7 +100,7 @@ class Electromechanics:
             if not getattr(chosen, "states", ()):
                 self._take_feedback(check_well_posed(self.activation, potential, mechanics.volume_follows))
         self.steps = 0
-        self.coupling_iterations = 0
+        self.coupling_iterations, self.switches = 0, 0
         self.displacement_lag, self.stretch_lag = 0.0, 0.0
         self._times: list[float] = []
 
@@ -125,7 +126,8 @@ class Electromechanics:
         """Begin at time 0 from the initial values, with the configuration that they have."""
         self.time, self.steps, self._times = 0.0, 0, [0.0]
         self._end, self._measured_step = 0.0, 0.0
-        self.coupling_iterations, self.displacement_lag, self.stretch_lag = 0, 0.0, 0.0
+        self.coupling_iterations, self.switches = 0, 0
+        self.displacement_lag, self.stretch_lag = 0.0, 0.0
         self.potential.begin()
         if self.mechanics is not None and self.activation is not None:
             self._seen.clear()
@@ -176,6 +178,7 @@ class Electromechanics:
             "feedback": self.feedback,
             "measured_step": self._measured_step,
             "coupling_iterations": self.coupling_iterations,
+            "switches": self.switches,
             "displacement_lag": self.displacement_lag,
             "stretch_lag": self.stretch_lag,
             "stretch": None if self.mechanics is None else self._seen.state(),
@@ -189,7 +192,7 @@ class Electromechanics:
         self.time, self.steps, self._times = state["time"], state["steps"], list(state["times"])
         self._end = self.time
         self.feedback, self._measured_step = state["feedback"], state["measured_step"]
-        self.coupling_iterations = state["coupling_iterations"]
+        self.coupling_iterations, self.switches = state["coupling_iterations"], state["switches"]
         self.displacement_lag, self.stretch_lag = state["displacement_lag"], state["stretch_lag"]
         if self.mechanics is not None and self.activation is not None:
             self._seen.restore(state["stretch"])

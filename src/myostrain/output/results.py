@@ -137,6 +137,7 @@ def solver_counts(model: Electromechanics) -> dict[str, dict[str, float]]:
         counts["mechanics"] = {**model.mechanics.solver.counters.as_dict()}
     counts["coupling"] = {
         "iterations": model.coupling_iterations,
+        "switches": model.switches,
         "displacement_lag": model.displacement_lag,
         "stretch_lag": model.stretch_lag,
     }
