@@ -3,7 +3,13 @@
 import myostrain as ms
 from myostrain.reproduce.chapters.stretch_feedback.numbers import readings as of_feedback
 from myostrain.reproduce.chapters.stretch_threshold.numbers import readings
-from myostrain.reproduce.measurements import stretch_feedback, stretch_threshold
+from myostrain.reproduce.measurements import (
+    clamped_sheet,
+    matched,
+    premature,
+    stretch_threshold,
+    stretched_lines,
+)
 from myostrain.reproduce.verdict import claims, judge
 from myostrain.theory import least_drive, least_drive_of_a_cubic
 
@@ -157,8 +163,8 @@ def test_verdicts_follow_from_the_numbers(changed, claim):
 def test_strain_is_the_stress_that_is_matched_but_for_the_softening():
     """matched: Jo W(F Fo⁻¹) of a neo-Hookean body is Jo times its energy with T = μ ((1 − β)⁻² − 1)."""
     beta, mu = 0.3, 1.7
-    tension = stretch_feedback.matched(beta, "free", mu)
-    assert stretch_feedback.matched(beta, "held", mu) == pytest.approx((1 - beta) * tension)
+    tension = matched.matched(beta, "free", mu)
+    assert matched.matched(beta, "held", mu) == pytest.approx((1 - beta) * tension)
     rng = np.random.default_rng(3)
     for axes in ((0,), (0, 1)):
         Fo = np.diag([1 - beta if axis in axes else 1.0 for axis in range(3)])
@@ -171,14 +177,14 @@ def test_strain_is_the_stress_that_is_matched_but_for_the_softening():
 @pytest.mark.parametrize("approach", ["strain in plane", "stress in plane"])
 def test_free_squares_shorten_by_the_same(approach):
     """activation_of, "stress" (matched free), in plane: a free sheet shortens to (1 − β)^⅓."""
-    active, _ = stretch_feedback.activation_of(approach, 0.3, 10.0, 1.0)
+    active, _ = matched.activation_of(approach, 0.3, 10.0, 1.0)
     body = ms.build(
         ms.geometry.Rectangle(size=(2.0, 2.0), spacing=1.0), ms.UniformFibres(direction=(1.0, 0.0))
     )
     mechanics = ms.Mechanics(
         body, kinematics=ms.kinematics.PlaneStress(), material=ms.materials.NeoHookean(), active=active
     )
-    value = -0.3 if approach.startswith("strain") else stretch_feedback.matched(0.3, "free")
+    value = -0.3 if approach.startswith("strain") else matched.matched(0.3, "free")
     mechanics.activation.x.array[:] = value
     mechanics.start()
     assert mechanics.fibre_stretch() == pytest.approx(0.7 ** (1 / 3), abs=1e-8)
@@ -186,8 +192,8 @@ def test_free_squares_shorten_by_the_same(approach):
 
 def test_strain_and_stress_follow_with_the_same_time_constants():
     """activation_of: the laws' states rise and fall alike where β v and the tension are scaled to one."""
-    laws = [stretch_feedback.activation_of(f"{kind}", 0.3, 10.0, 1.0)[1] for kind in ("strain", "stress")]
-    scales = (-0.3, stretch_feedback.matched(0.3, "free"))
+    laws = [matched.activation_of(f"{kind}", 0.3, 10.0, 1.0)[1] for kind in ("strain", "stress")]
+    scales = (-0.3, matched.matched(0.3, "free"))
     for v, before in ((1.0, 0.2), (0.0, 0.7)):
         after = [
             law.advance(np.array([[before * scale]]), {"excitation": np.array([v])}, 0.5)[0, 0] / scale
@@ -199,7 +205,7 @@ def test_strain_and_stress_follow_with_the_same_time_constants():
 
 def test_when_a_point_can_be_excited_again_is_that_of_an_independent_integrator():
     """window: the earliest delay after which a stretch excites, against SciPy, to two steps."""
-    found = stretch_feedback.window(ALIEV_PANFILOV, [0.2], 10.0, 0.2, 45.0).numbers
+    found = stretched_lines.window(ALIEV_PANFILOV, [0.2], 10.0, 0.2, 45.0).numbers
     course = solve_ivp(rates, (0, 45), [1.0, 0.0], args=(0.0,), rtol=1e-9, atol=1e-11, dense_output=True).sol
     assert found["duration"] == pytest.approx(brentq(lambda t: course(t)[0] - 0.5, 15, 40), abs=0.02)
 
@@ -212,10 +218,41 @@ def test_when_a_point_can_be_excited_again_is_that_of_an_independent_integrator(
     assert not fires(earliest - 0.4)
 
 
+def test_the_vulnerable_window_is_that_of_an_independent_integrator():
+    """premature.window without contraction: its borders are between delays at which SciPy's line differs."""
+    given = {"beta": 0.0, "length": 30.0, "spacing": 1.0, "strength": 1.0, "lasting": 1.0, "half": 2.5}
+    found = premature.window(ALIEV_PANFILOV, conductance=0.0, step=0.25, apart=1.0, **given).numbers
+    X = np.linspace(0.0, 30.0, 31)
+
+    def line(t, y, begin):
+        v, r = y.reshape(2, -1)
+        beyond = np.concatenate([v[1:2], v, v[-2:-1]])
+        pulse = np.where((begin <= t <= begin + 1) & (np.abs(X - 15) <= 2.5), 1.0, 0.0)
+        dv, dr = rates(t, [v, r], 0.0)
+        return np.concatenate([dv + np.diff(beyond, 2) + pulse, dr])
+
+    def run(y, begin, end, stimulated):
+        return solve_ivp(
+            line, (begin, end), y, args=(stimulated,), max_step=0.5, rtol=1e-4, atol=1e-6, dense_output=True
+        )
+
+    first = run(np.concatenate([0.9 * (X <= 5), 0 * X]), 0.0, 60.0, np.inf).sol
+    upstroke = brentq(lambda t: first(t)[15] - 0.5, 0.1, 15.0)
+    assert found["upstroke"] == pytest.approx(upstroke, abs=0.2)
+
+    def ways(delay):
+        again = run(first(upstroke + delay), upstroke + delay, upstroke + delay + 25, upstroke + delay)
+        v = again.sol(np.linspace(upstroke + delay, upstroke + delay + 25, 200))[:31]
+        return tuple((np.diff((v[node] > 0.5).astype(int)) > 0).any() for node in (5, 25))
+
+    assert [ways(found["back"] + late) for late in (-2, 2)] == [(False, False), (True, False)]
+    assert [ways(found["forth"] + late) for late in (-2, 2)] == [(True, False), (True, True)]
+
+
 def test_upstrokes_are_counted():
     """sheet: "the mean number of upstrokes over the sheet, the first included", their times and intervals."""
     values = np.array([[1.0, 0.0], [0.2, 0.6], [0.7, 0.1], [0.2, 0.1], [0.8, 0.1]])
-    counted = stretch_feedback._Upstrokes(values[0], 0.5)
+    counted = clamped_sheet._Upstrokes(values[0], 0.5)
     for time, v in enumerate(values[1:], start=1):
         counted.look(float(time), v)
     assert counted.count.tolist() == [3, 1]
@@ -237,11 +274,11 @@ def test_a_square_is_excited_once_or_again_and_again():
         "every": 4,
         "center": (0.5, 0.5),
     }
-    once = stretch_feedback.sheet(conductance=0.0, end=40.0, **given)
+    once = clamped_sheet.sheet(conductance=0.0, end=40.0, **given)
     assert once.numbers["beats"] == pytest.approx(1.0, abs=0.01)
     assert once.numbers["silent"] < 40
     assert once.numbers["stretched"] == 0.0
-    again = stretch_feedback.sheet(conductance=6.0, end=40.0, **given)
+    again = clamped_sheet.sheet(conductance=6.0, end=40.0, **given)
     assert again.numbers["silent"] is None
     assert again.numbers["beats"] > 2
 
@@ -266,6 +303,10 @@ def feedback_numbers():
             "slow": {"earliest": [40.0], "duration": 26.0},
             "quick": {"earliest": [6.8], "duration": 4.35},
         },
+        "premature": {
+            "0": {"back": 26.0, "forth": 34.0, "width": 8.0},
+            "0.2": {"back": 23.6, "forth": 26.0, "width": 2.4},
+        },
         "spirals": {
             "strain": {
                 "0": {"period": 34.0, "drift": 0.03, "silent": False},
@@ -286,6 +327,8 @@ def feedback_numbers():
         (("quick", "stress, held in plane", "2", "first_drive"), 0.04, "strain-and-stress"),
         (("slow", "strain", "3", "beats"), 2.0, "aliev-panfilov"),
         (("window", "slow", "earliest", 0), None, "window"),
+        (("premature", "0.2", "width"), 5.2, "vulnerable"),
+        (("premature", "0", "width"), None, "vulnerable"),
         (("spirals", "strain", "0.5", "drift"), 0.04, "spiral"),
         (("spirals", "strain", "1", "silent"), False, "spiral"),
         ((), None, None),

@@ -16,6 +16,8 @@ from myostrain.kinematics import PlaneStress
 from myostrain.materials import NeoHookean, Spring
 from myostrain.mechanics import ImposedStretch, Mechanics, Supports
 from myostrain.reproduce.jobs import Array, Found
+from myostrain.reproduce.measurements.matched import membrane_of
+from myostrain.reproduce.measurements.stepping import along, recorded, stepped
 from myostrain.schemes import SecondOrder
 from myostrain.theory import least_drive
 
@@ -29,12 +31,6 @@ LENGTH = 2.0
 EVERY = 4
 #: A held body does not contract: what is measured is the current, not what it leads to.
 PASSIVE = Proportional(beta=0.0)
-
-
-def membrane_of(given: Mapping[str, Any]) -> Any:
-    """A membrane of the program: "model" and its parameters."""
-    others = dict(given)
-    return getattr(membranes, others.pop("model"))(**others)
 
 
 def moved(stretch: float, ramp: float, length: float) -> tuple[tuple[float, float], ...]:
@@ -95,18 +91,17 @@ def excited(
         stretch_currents=currents,
     )
     model = Electromechanics(potential, mechanics, law=PASSIVE, scheme=SecondOrder(every=every))
-    watched = [_nodes(potential).argmax()] if far else slice(None)
+    watched = [along(potential).argmax()] if far else slice(None)
     model.start()
     v, largest, peak = potential.v.x.array, 0.0, -np.inf
-    for number in range(1, round(end / step) + 1):
-        model.step(number * step)
+    for time in stepped(model, step, end):
         largest = max(largest, float(np.abs(v - potential.rest).max()) / potential.scale)
         if v[watched].max() >= potential.threshold:
-            return number * step, largest
+            return time, largest
         top = float(v.max())
         peak = max(peak, top)
         fallen = top - potential.rest < 0.7 * (peak - potential.rest)
-        if fallen and peak < potential.threshold and number * step > since:
+        if fallen and peak < potential.threshold and time > since:
             break
     return None, largest
 
@@ -271,31 +266,19 @@ def held_on(membrane: Mapping[str, Any], drives: Sequence[float], step: float, e
         line.body, membrane=cell, diffusivity=UNCOUPLED, deformation=line.deformation,
         stretch_currents=[_by_node(line.body, np.asarray(drives) / beyond)],
     )  # fmt: skip
-    order = np.argsort(_nodes(potential))
     model = Electromechanics(potential, line, law=PASSIVE)
-    model.start()
-    rows = [potential.v.x.array[order].copy()]
-    for number in range(1, round(end / step) + 1):
-        model.step(number * step)
-        rows.append(potential.v.x.array[order].copy())
-    v = np.array(rows)
+    times, v = recorded(model, step, end, np.argsort(along(potential)))
     fired, late = v.max(axis=0) >= potential.threshold, v[len(v) // 2 :]
     numbers = {"fired": fired.tolist(), "swing": np.ptp(late, axis=0).tolist()}
-    times: Array = np.linspace(0.0, end, len(v))
     return Found(numbers, {"times": times, "potential": v, "drives": np.asarray(drives, dtype=float)})
 
 
 def _by_node(body: Body, values: Array) -> StretchCurrent:
     """A current whose conductances are these, by the place of the nodes."""
-    space = Potential(body, membrane=membranes.FitzHughNagumo()).v.function_space
-    order = np.argsort(space.tabulate_dof_coordinates()[:, 0])
+    order = np.argsort(along(Potential(body, membrane=membranes.FitzHughNagumo())))
     nodal: Any = np.empty(len(order))
     nodal[order] = values
     return StretchCurrent(conductance=nodal, reversal=1.0, span=1.0)
-
-
-def _nodes(potential: Potential) -> Array:
-    return np.asarray(potential.v.function_space.tabulate_dof_coordinates()[:, 0])
 
 
 def unexcited(membrane: Mapping[str, Any], balance: str, stretch: float, step: float, end: float) -> Found:

@@ -30,6 +30,15 @@ JUDGED = {
 }
 #: Side of the square, spacing, step, steps between solves of mechanics.
 SIZE, SPACING, STEP, EVERY = 60.0, 1.0, 0.2, 5
+MESH = {
+    "size": SIZE,
+    "spacing": SPACING,
+    "step": STEP,
+    "every": EVERY,
+    "beta": BETA,
+    "rise": RISE,
+    "fall": FALL,
+}
 #: Aliev and Panfilov's membrane: conductances, and a larger square with the stimulus near a side.
 FEW = (0.5, 1.0, 2.0, 3.0)
 LARGE, LARGE_SPACING, LARGE_CENTER = 120.0, 1.5, (1 / 12, 0.5)
@@ -39,6 +48,10 @@ HALVED = (("strain in plane", 2.0), ("strain in plane", 3.0), ("strain", 3.0))
 HIGHEST = 6.0
 #: g (√C − 1) of stretches that come after an excitation, and how long they last.
 DRIVES, LASTING = (0.1, 0.2, 0.5), 10.0
+#: Conductances of lines with a premature stimulus, and the stimulus: rate, duration, and the half length of
+#: the part of the line that gets it.
+PREMATURE = {True: (0.0, 0.2), False: (0.0, 0.1, 0.2, 0.3, 0.5)}
+PULSE = {"strength": 1.0, "lasting": 1.0, "half": 2.5}
 #: Conductances of the spirals.
 SPIRALS = {True: (0.0, 0.5, 1.0), False: (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 3.0)}
 
@@ -66,104 +79,67 @@ def slow_squares(quick: bool) -> list[tuple[str, float]]:
 
 def jobs(quick: bool) -> dict[str, Job]:
     """The computations."""
-    contraction = {"beta": BETA, "rise": RISE, "fall": FALL}
-    line = {"membrane": ALIEV_PANFILOV, "beta": BETA, "length": 60.0, "spacing": 1.0, "step": 0.1}
-    made = {
-        f"clamped {g:g}": Job(
-            "stretch_feedback.arrival",
-            {**line, "conductance": g, "clamped": True, "end": 25.0 if quick else 100.0},
-            0.5,
-        )
-        for g in LINES
-    }
-    for g in (0.0, 3.0):
-        made[f"free {g:g}"] = Job(
-            "stretch_feedback.arrival", {**line, "conductance": g, "clamped": False, "end": 15.0}, 0.5
-        )
-    mesh = {
-        "size": SIZE,
-        "spacing": SPACING,
-        "step": STEP,
-        "every": EVERY,
-        "center": [0.5, 0.5],
-        **contraction,
-    }
     end = ends(quick)
-    for approach, g in squares(quick):
-        given = {
-            "membrane": QUICK_RECOVERY,
-            "approach": approach,
-            "conductance": g,
-            **mesh,
-            "end": end["sheet"],
+    made = _lines(quick)
+    for name, membrane, some in (
+        ("quick", QUICK_RECOVERY, squares(quick)),
+        ("slow", ALIEV_PANFILOV, slow_squares(quick)),
+    ):
+        made |= {
+            f"{name} {approach} {g:g}": _square(membrane, approach, g, 1.5, end=end["sheet"])
+            for approach, g in some
         }
-        made[f"quick {approach} {g:g}"] = Job("stretch_feedback.sheet", given, 1.5)
-    for approach, g in slow_squares(quick):
-        given = {
-            "membrane": ALIEV_PANFILOV,
-            "approach": approach,
-            "conductance": g,
-            **mesh,
-            "end": end["sheet"],
-        }
-        made[f"slow {approach} {g:g}"] = Job("stretch_feedback.sheet", given, 1.5)
-    for name, membrane in (("slow", ALIEV_PANFILOV), ("quick", QUICK_RECOVERY)):
         made[f"window {name}"] = Job(
-            "stretch_feedback.window",
+            "stretched_lines.window",
             {"membrane": membrane, "drives": list(DRIVES), "duration": LASTING, "step": 0.2, "end": 60.0},
             1.5,
         )
-    tip = {**mesh, "membrane": ALIEV_PANFILOV, "end": end["spiral"]}
-    del tip["center"]
     for g in SPIRALS[quick]:
         for approach in ("strain",) if quick else ("strain", "stress"):
+            given = {**MESH, "approach": approach, "conductance": g, "end": end["spiral"]}
             made[f"spiral {approach} {g:g}"] = Job(
-                "stretch_feedback.spiral",
-                {**tip, "approach": approach, "conductance": g},
-                3.0 if quick else 6.0,
+                "clamped_spiral.spiral", {"membrane": ALIEV_PANFILOV, **given}, 3.0 if quick else 6.0
             )
-    if not quick:
-        made |= _only_in_full(mesh, contraction, end)
+    return made if quick else made | _only_in_full(end)
+
+
+def _lines(quick: bool) -> dict[str, Job]:
+    """Waves along lines, and premature stimuli in their wake."""
+    line = {"membrane": ALIEV_PANFILOV, "beta": BETA, "length": 60.0, "spacing": 1.0}
+    rows = [(f"clamped {g:g}", g, True, 25.0 if quick else 100.0) for g in LINES]
+    rows += [(f"free {g:g}", g, False, 15.0) for g in (0.0, 3.0)]
+    made = {
+        name: Job(
+            "stretched_lines.arrival",
+            {**line, "conductance": g, "clamped": clamped, "step": 0.1, "end": end},
+            0.5,
+        )
+        for name, g, clamped, end in rows
+    }
+    for g in PREMATURE[quick]:
+        given = {**line, "conductance": g, "step": 0.2 if quick else 0.1, "apart": 0.4 if quick else 0.1}
+        made[f"premature {g:g}"] = Job("premature.window", {**given, **PULSE}, 2.0 if quick else 10.0)
     return made
 
 
-def _only_in_full(mesh: dict[str, Any], contraction: dict[str, Any], end: dict[str, float]) -> dict[str, Job]:
+def _square(membrane: dict[str, Any], approach: str, conductance: float, cost: float, **others: Any) -> Job:
+    """One stimulus in a square: :data:`MESH` and a stimulus in the middle, but for the others."""
+    given = {"membrane": membrane, "approach": approach, "conductance": conductance}
+    return Job("clamped_sheet.sheet", {**given, **MESH, "center": [0.5, 0.5], **others}, cost)
+
+
+def _only_in_full(end: dict[str, float]) -> dict[str, Job]:
+    """The least conductances, the same at half the spacing and the step, and large squares."""
     made: dict[str, Job] = {}
     for approach in APPROACHES:
-        given = {
-            "membrane": QUICK_RECOVERY,
-            "approach": approach,
-            "highest": HIGHEST,
-            **mesh,
-            "end": end["sheet"],
-        }
-        made[f"threshold {approach}"] = Job("stretch_feedback.threshold", given, 15.0)
-    fine = {**mesh, "spacing": SPACING / 2, "step": STEP / 2}
+        given = {"membrane": QUICK_RECOVERY, "approach": approach, "highest": HIGHEST, **MESH}
+        given |= {"center": [0.5, 0.5], "end": end["sheet"]}
+        made[f"threshold {approach}"] = Job("clamped_sheet.threshold", given, 15.0)
+    fine = {"spacing": SPACING / 2, "step": STEP / 2, "end": end["sheet"]}
     for approach, g in HALVED:
-        given = {
-            "membrane": QUICK_RECOVERY,
-            "approach": approach,
-            "conductance": g,
-            **fine,
-            "end": end["sheet"],
-        }
-        made[f"halved {approach} {g:g}"] = Job("stretch_feedback.sheet", given, 15.0)
-    large = {
-        **contraction,
-        "size": LARGE,
-        "spacing": LARGE_SPACING,
-        "step": STEP,
-        "every": EVERY,
-        "center": list(LARGE_CENTER),
-    }
+        made[f"halved {approach} {g:g}"] = _square(QUICK_RECOVERY, approach, g, 15.0, **fine)
+    large = {"size": LARGE, "spacing": LARGE_SPACING, "center": list(LARGE_CENTER), "end": end["large"]}
     for approach in ("strain", "stress"):
         for g in FEW:
-            given = {
-                "membrane": ALIEV_PANFILOV,
-                "approach": approach,
-                "conductance": g,
-                **large,
-                "end": end["large"],
-            }
-            made[f"large {approach} {g:g}"] = Job("stretch_feedback.sheet", given, 8.0)
+            made[f"large {approach} {g:g}"] = _square(ALIEV_PANFILOV, approach, g, 8.0, **large)
     return made

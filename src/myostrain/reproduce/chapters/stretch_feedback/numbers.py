@@ -12,12 +12,13 @@ from myostrain.reproduce.chapters.stretch_feedback.jobs import (
     FEW,
     HALVED,
     LINES,
+    PREMATURE,
     SPIRALS,
     slow_squares,
     squares,
 )
 from myostrain.reproduce.jobs import Found
-from myostrain.reproduce.measurements.stretch_feedback import matched
+from myostrain.reproduce.measurements.matched import matched
 
 import numpy as np
 
@@ -33,6 +34,7 @@ def numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
             np.abs(found["free 3"].arrays["potential"] - found["free 0"].arrays["potential"]).max()
         ),
         "tensions": {reading: matched(BETA, reading) for reading in ("free", "held")},
+        "premature": {f"{g:g}": found[f"premature {g:g}"].numbers for g in PREMATURE[quick]},
         "quick": {},
         "slow": {},
         "window": {name: found[f"window {name}"].numbers for name in ("slow", "quick")},
@@ -72,6 +74,7 @@ def readings(n: Mapping[str, Any]) -> dict[str, Any]:
     slow, quick = n["window"]["slow"], n["window"]["quick"]
     spirals = n["spirals"]["strain"]
     silent = spirals["1"]["silent"]
+    without, some = n["premature"]["0"], n["premature"]["0.2"]
     return {
         "line": {
             measured: {
@@ -104,6 +107,14 @@ def readings(n: Mapping[str, Any]) -> dict[str, Any]:
             measured: {
                 "slow_over_duration": _ratio(slow["earliest"][0], slow["duration"]),
                 "quick_over_duration": _ratio(quick["earliest"][0], quick["duration"]),
+            }
+        },
+        "vulnerable": {
+            measured: {
+                "width_without": without["width"],
+                "width_over_without": _ratio(some["width"], without["width"]),
+                "back_over_without": _ratio(some["back"], without["back"]),
+                "forth_over_without": _ratio(some["forth"], without["forth"]),
             }
         },
         "spiral": {

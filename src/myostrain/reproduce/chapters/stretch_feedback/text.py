@@ -35,6 +35,10 @@ def tables(measured: Measured) -> dict[str, Rows]:
     n = measured.numbers
     made: dict[str, Rows] = {
         "lines": [[g, one["middle"], one["beats"]] for g, one in n["lines"].items()],
+        "premature": [
+            [g, *(one[key] for key in ("upstroke", "duration", "back", "forth", "width"))]
+            for g, one in n["premature"].items()
+        ],
         "squares": [
             [membrane, approach, g, _ways(one), one["first_drive"]]
             for name, membrane in (("quick", "quick recovery"), ("slow", "Aliev–Panfilov"))
@@ -92,5 +96,12 @@ def data(measured: Measured) -> dict[str, dict[str, Any]]:
         "stretch-feedback-lines": {
             "conductance": np.array([float(g) for g in lines]),
             "arrival": [one["middle"] for one in lines.values()],
+        },
+        "stretch-feedback-premature": {
+            "conductance": [float(g) for g in measured.numbers["premature"]],
+            **{
+                key: [one[key] for one in measured.numbers["premature"].values()]
+                for key in ("upstroke", "duration", "back", "forth", "width")
+            },
         },
     }
