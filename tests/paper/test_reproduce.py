@@ -109,6 +109,19 @@ def test_a_template_that_names_no_number_is_an_error():
         words.filled("{{ celerity|fixed(2) }}", {})
 
 
+def test_a_statement_joins_no_words():
+    """words.ALONE: a line of statements alone leaves none behind; after others on a line a new one begins."""
+    template = """at
+    {% for x in xs %}{{ x }}{{ "," if not loop.last }}{% endfor %}
+here
+    {% if xs %}
+and
+    {% endif %}
+there"""
+    assert words.filled(template, {"xs": [1, 2]}).split() == ["at", "1,2", "here", "and", "there"]
+    assert "here\nand\nthere" in words.filled(template, {"xs": [1, 2]})
+
+
 def test_without_the_libraries_of_the_page(tmp_path, monkeypatch):
     """The extra `page` may be missing: exit status 2, and how to get it, before anything is computed."""
     monkeypatch.setitem(sys.modules, "myostrain.reproduce.page", None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
@@ -51,11 +52,15 @@ FILTERS: dict[str, Callable[..., str]] = {
 }
 
 
+#: A line of nothing but statements, which leaves no line behind. After others on a line a new one begins.
+ALONE = re.compile(r"^[ \t]*((?:\{%(?:(?!%\}).)*%\}[ \t]*)+)\n", re.MULTILINE)
+
+
 @cache
 def _environment() -> Any:
     import jinja2
 
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, lstrip_blocks=True)
     environment.filters |= FILTERS
     return environment
 
@@ -70,5 +75,5 @@ def filled(template: str, values: Mapping[str, Any]) -> str:
     Raises:
         jinja2.UndefinedError: An expression names something else.
     """
-    made: str = _environment().from_string(template).render(values)
+    made: str = _environment().from_string(ALONE.sub(r"\1", template)).render(values)
     return made

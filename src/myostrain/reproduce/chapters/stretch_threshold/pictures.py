@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from myostrain.output.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
 from myostrain.reproduce.content import Measured
 
@@ -31,8 +34,8 @@ def _thresholds(measured: Measured) -> Figure:
         row = int(np.abs(drives - drive).argmin())
         shade = (GREY, GREY, BLUE, GREEN, ORANGE, VERMILION)[number]
         right.plot(held["times"], held["potential"][:, row], color=shade, lw=1.3, label=f"{drives[row]:.2g}")
-    right.set(xlabel="time after the stretch", ylabel="potential v", xlim=(0, 60))
-    right.legend(title="g (λ − 1)", loc="upper right", ncols=2)
+    right.set(xlabel="time after the stretch", ylabel="potential v", xlim=(0, 60), ylim=(-0.05, 1.45))
+    right.legend(title="g (λ − 1)", loc="upper right", ncols=3)
     return figure
 
 
@@ -49,14 +52,22 @@ def _slow(measured: Measured) -> Figure:
         left.plot(n[way]["times"], stretch, "o-", color=colour, ms=5, lw=1.2, label=label)
     left.axhline(1 + drive, color=GREY, ls=":", label="at once, for ever")
     left.set(xscale="log", xlabel="time", ylabel="stretch λ that excites, g = 1")
+    _plain(left, [time for time in TICKS if time <= max(n["ramp"]["times"])])
     left.legend(loc="upper center")
     right.plot(n["segments"]["halves"], n["segments"]["drive"], "o-", color=GREEN, ms=5, lw=1.2)
     right.axhline(drive, color=GREY, ls=":", label="all of the line")
     right.set(
         xscale="log", xlabel="half length of the part with the current", ylabel="g (λ − 1) that starts a wave"
     )
+    _plain(right, n["segments"]["halves"])
     right.legend(loc="upper right")
     return figure
+
+
+def _plain(ax: Any, ticks: Sequence[float]) -> None:
+    """Ticks of a logarithmic axis as plain numbers."""
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.minorticks_off()
 
 
 PICTURES = {"stretch-threshold": _thresholds, "stretch-threshold-slow": _slow}
