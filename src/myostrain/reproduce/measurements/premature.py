@@ -93,6 +93,7 @@ def window(
         return Found(dict.fromkeys(("upstroke", "duration", "back", "forth", "width")))
     fall = last_fall(np.array(times), np.array(course), potential.threshold)
 
+    @cache
     def reaches(number: int) -> tuple[bool, bool]:
         """Whether a stimulus from this step on sends a wave back, and forth."""
         model.restore(kept[number])
@@ -106,8 +107,7 @@ def window(
                 break
         return bool(found[back]), bool(found[forth])
 
-    ways = cache(reaches)
-    starts = [_first(sorted(kept), lambda number, way=way: ways(number)[way]) for way in (0, 1)]
+    starts = [_first(sorted(kept), reaches, way) for way in (0, 1)]
     delays = [None if number is None else times[number] - upstroke for number in starts]
     width = None if delays[0] is None or delays[1] is None else delays[1] - delays[0]
     return Found(
@@ -121,12 +121,12 @@ def window(
     )
 
 
-def _first(numbers: list[int], reached: Callable[[int], bool]) -> int | None:
-    """The first number from which on it is reached, by halving; None for none."""
-    if not reached(numbers[-1]):
+def _first(numbers: list[int], ways: Callable[[int], tuple[bool, bool]], way: int) -> int | None:
+    """The first number from which on this way is reached, by halving; None for none."""
+    if not ways(numbers[-1])[way]:
         return None
     low, high = -1, len(numbers) - 1
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (low, middle) if reached(numbers[middle]) else (middle, high)
+        low, high = (low, middle) if ways(numbers[middle])[way] else (middle, high)
     return numbers[high]
