@@ -5,6 +5,7 @@ import tomllib
 import myostrain as ms
 from myostrain import Case, InputError
 from myostrain.activation import Relaxing
+from myostrain.case import building
 
 import numpy as np
 import pytest
@@ -146,3 +147,15 @@ def test_a_relaxing_law():
     simulation = case.simulation(ALONE)
     simulation.run()
     assert -0.3 < simulation.model.mechanics.activation.x.array.min() < -0.1
+
+
+def test_a_table_of_times_beside_the_case(tmp_path):
+    """stimulus.times is relative to the case file, and one of the files with which a run is resumed."""
+    table = tmp_path / "times.csv"
+    table.write_text("x,time\n0,0.001\n12,0.003\n")
+    given = {**PULSES[0], "times": "times.csv"}
+    case = Case.from_dict(changed(LINE, {"stimulus": [given]}), folder=tmp_path)
+    assert case.stimuli[0].times == table
+    assert again(case) == case
+    assert building._files(case)["stimulus.times"] == (table,)
+    assert case.build(ALONE).potential.stimuli == case.stimuli

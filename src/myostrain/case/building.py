@@ -137,6 +137,9 @@ def _files(case: Any) -> dict[str, tuple[Path, ...]]:
         found["drive.path"] = (case.drive.path,)
     if case.beginning.initial is not None:
         found["cell.initial"] = (case.beginning.initial / "results.json",)
+    tables = [stimulus.times for stimulus in case.stimuli if stimulus.times is not None]
+    if tables:
+        found["stimulus.times"] = tuple(tables)
     return found
 
 

@@ -134,6 +134,9 @@ class Case:
         cell = data.get("cell")
         if isinstance(cell, dict) and isinstance(cell.get("initial"), str):
             cell["initial"] = str(path.parent.absolute() / cell["initial"])
+        for table in _stimuli(data):
+            if isinstance(table.get("times"), str):
+                table["times"] = str(path.parent.absolute() / table["times"])
         override(data, overrides)
         return cls.from_dict(data, name=path.stem)
 
@@ -205,6 +208,12 @@ class Case:
         for section in ("geometry", "fibres", "cell", "drive"):
             if isinstance(part[section].get("path"), str):
                 part[section]["path"] = _whole(folder, part[section]["path"], f"{section}.path")
+        stimuli = [
+            {**table, "times": _whole(folder, table["times"], "stimulus.times")}
+            if isinstance(table.get("times"), str)
+            else table
+            for table in _stimuli(data)
+        ]
         constraint = _take(part["mechanics"], kin)
         if line and part["mechanics"].pop("constraint", "total") != "total":
             raise InputError("a line has no constraint; leave the key out", "mechanics.constraint")
@@ -238,7 +247,7 @@ class Case:
             "beginning": make(CellSection, beginning, "cell"),
             "potential": make(PotentialSection, part["potential"], "potential"),
             "initial": make_placed(InitialValues, data.get("initial", ()), "initial"),
-            "stimuli": make_placed(Stimulus, data.get("stimulus", ()), "stimulus"),
+            "stimuli": make_placed(Stimulus, stimuli, "stimulus"),
             "drive": make(Drive, part["drive"], "drive") if driven else None,
             "law": None
             if rigid
@@ -335,6 +344,12 @@ class Case:
 def _take(section: dict[str, Any], cls: Any) -> dict[str, Any]:
     """Take the keys of a class out of a section that it shares with others."""
     return {f.name: section.pop(f.name) for f in dataclasses.fields(cls) if f.name in section}
+
+
+def _stimuli(data: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The tables of [stimulus] or [[stimulus]]."""
+    given = data.get("stimulus", [])
+    return [table for table in (given if isinstance(given, list) else [given]) if isinstance(table, dict)]
 
 
 def _whole(folder: Path, path: str, key: str) -> str:

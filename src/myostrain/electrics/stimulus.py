@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, Protocol
 
+from myostrain.electrics.arrival import spread, tabulated
 from myostrain.electrics.place import Array, Place
 from myostrain.geometry import Body
 from myostrain.validation import Count, Finite, NonNegative, Positive, description
@@ -16,7 +18,10 @@ Source = Callable[[Array, float], Array]
 
 
 class Applied(Protocol):
-    """What the potential asks of a stimulus; a script may give its own."""
+    """What the potential asks of a stimulus; a script may give its own.
+
+    One that begins later at some nodes also gives ``delays(body, space)``, (nodes,) or None for none.
+    """
 
     def share(self, body: Body, space: Any) -> Array:
         """How strongly it acts at each node of a P1 space, (nodes,), fixed for the run."""
@@ -41,6 +46,14 @@ class Stimulus:
         duration: Duration of a pulse.
         period: Time between the beginnings of two pulses, at least the duration; one pulse unless given.
         count: Number of pulses; with a period and without a count they go on for ever.
+        times: A table (CSV) of activation times: each node of the place begins at ``start`` and its own
+            time. Columns x, y, z, time: a node takes a mean of the eight nearest points, by inverse squares
+            of the distances (R. Franke, G. Nielson, Int. J. Numer. Methods Eng. 15 (1980) 1691). Columns
+            node, time: numbers of the nodes in the mesh's file, from 0.
+        roots: Points of the part ``boundary``, from which a front runs over it, as from the ends of Purkinje
+            fibres; each node of the place begins when the front has come to it.
+        speed: Speed of that front.
+        reached_in: In place of the speed: the time in which it comes to the last node.
     """
 
     where: Place
@@ -49,33 +62,63 @@ class Stimulus:
     start: NonNegative = 0.0
     period: Positive | None = None
     count: Count | None = None
+    times: Path | None = None
+    roots: tuple[tuple[Finite, ...], ...] | None = None
+    speed: Positive | None = None
+    reached_in: Positive | None = None
 
     def __post_init__(self) -> None:
-        """Refuse pulses that overlap, or a count of them without a period."""
+        """Refuse pulses that overlap, a count of them without a period, and fronts that are not known."""
         if self.strength == 0:
             raise ValueError("strength = 0 does nothing; give another rate, or leave the stimulus out")
         if self.period is not None and self.period < self.duration:
             raise ValueError(f"period = {self.period} is shorter than duration = {self.duration}")
         if self.period is None and self.count is not None and self.count > 1:
             raise ValueError("several pulses need a period")
+        if self.times is not None and self.roots is not None:
+            raise ValueError("give times or roots, not both")
+        if self.roots is not None:
+            if not self.roots:
+                raise ValueError("give one root or more")
+            if self.where.boundary is None:
+                raise ValueError("roots go with boundary: the surface over which the front runs")
+            if (self.speed is None) == (self.reached_in is None):
+                raise ValueError("roots go with one of speed and reached_in")
+        elif self.speed is not None or self.reached_in is not None:
+            raise ValueError("speed and reached_in are those of a front: they go with roots")
 
     def share(self, body: Body, space: Any) -> Array:
         """One in the place, zero elsewhere (nodes,)."""
         return self.where.share(body, space, "stimulus")
 
-    def amount(self, time: float) -> float:
-        """Integral of the rate from time 0 to ``time``."""
-        elapsed = time - self.start
-        if elapsed <= 0:
-            return 0.0
+    def delays(self, body: Body, space: Any) -> Array | None:
+        """By how much later than ``start`` each node begins (nodes,), infinite for never; None for nowhere.
+
+        Raises:
+            InputError: The table or the roots are not those of this body.
+        """
+        if self.times is not None:
+            return tabulated(self.times, body, space, self.share(body, space), "stimulus.times")
+        if self.roots is None or self.where.boundary is None:
+            return None
+        lengths = spread(body, space, self.where.boundary, self.roots, "stimulus.roots")
+        if self.speed is not None:
+            return lengths / self.speed
+        most = np.where(self.share(body, space) > 0, lengths, 0.0).max(initial=0.0)
+        return lengths * (self.reached_in or 1.0) / max(body.comm.allgather(float(most)))
+
+    def amount(self, time: Any) -> Any:
+        """Integral of the rate from time 0 to ``time``, a number or an array."""
+        elapsed = np.maximum(np.asarray(time, dtype=float) - self.start, 0.0)
         if self.period is None:
-            return self.strength * min(elapsed, self.duration)
+            return self.strength * np.minimum(elapsed, self.duration)
         # A pulse that has begun but for round-off has not begun.
-        whole = int(np.floor(elapsed / self.period * (1 + 1e-14)))
-        if self.count is not None and whole >= self.count:
-            return self.strength * self.duration * self.count
-        rest = max(elapsed - whole * self.period, 0.0)
-        return self.strength * (whole * self.duration + min(rest, self.duration))
+        whole = np.floor(elapsed / self.period * (1 + 1e-14))
+        rest = np.clip(elapsed - whole * self.period, 0.0, self.duration)
+        if self.count is not None:
+            rest = np.where(whole < self.count, rest, 0.0)
+            whole = np.minimum(whole, self.count)
+        return self.strength * (whole * self.duration + rest)
 
 
 class AppliedRates:
@@ -90,7 +133,9 @@ class AppliedRates:
 
     def __init__(self, stimuli: Sequence[Applied], source: Source | None, body: Body, space: Any) -> None:
         self._source = source
-        self._shares = [(stimulus, stimulus.share(body, space)) for stimulus in stimuli]
+        self._shares = [
+            (stimulus, stimulus.share(body, space), _delays(stimulus, body, space)) for stimulus in stimuli
+        ]
         self._points = space.tabulate_dof_coordinates()[:, : body.dim]
 
     def rate(self, times: Sequence[float], weights: Array) -> Array | float | None:
@@ -103,8 +148,13 @@ class AppliedRates:
             weights: Backward-difference weights.
         """
         found: Any = None if self._source is None else self._source(self._points, times[0])
-        for stimulus, share in self._shares:
-            rate = sum(w * stimulus.amount(t) for w, t in zip(weights, times, strict=False))
-            if rate:
+        for stimulus, share, delay in self._shares:
+            rate = sum(w * stimulus.amount(t - delay) for w, t in zip(weights, times, strict=False))
+            if np.any(rate):
                 found = rate * share if found is None else found + rate * share
         return found
+
+
+def _delays(stimulus: Applied, body: Body, space: Any) -> Array | float:
+    found = stimulus.delays(body, space) if hasattr(stimulus, "delays") else None
+    return 0.0 if found is None else found
