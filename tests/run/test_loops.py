@@ -1,7 +1,11 @@
 """Numbers of pressure–volume loops in closed form, their units, and their pictures."""
 
+from myostrain.output.clinical import clinical
 from myostrain.output.figures.draw import draw
+from myostrain.output.figures.loops import isovolumetric
+from myostrain.output.figures.measures import since_first
 from myostrain.output.loops import loop_numbers, units_of_loops
+from myostrain.output.segments import KINDS
 
 import numpy as np
 import pytest
@@ -53,4 +57,57 @@ def test_pictures(tmp_path):
     header = "time,volume_left,pressure_left,pressure_arteries"
     np.savetxt(tmp_path / "cavities.csv", columns, delimiter=",", header=header, comments="")
     found = {path.name: path.stat().st_size for path in draw(tmp_path)}
-    assert min(found["loop.png"], found["cavities.png"]) > 5000
+    assert min(found["loop.png"], found["cavities.png"], found["wiggers.png"]) > 5000
+
+
+def test_phases_of_constant_volume():
+    """Rows between two others of the same volume; a slow change is one."""
+    volume = np.array([100.0, 100, 100, 80, 60, 60, 60, 80, 100])
+    np.testing.assert_array_equal(isovolumetric(volume), [1, 1, 0, 0, 0, 1, 0, 0, 0])
+
+
+def test_what_a_cardiologist_reads():
+    """Clinical units, from mm, kPa and ms; without cavities nothing."""
+    units = {"volume_max": "mm^3", "pressure_max": "kPa", "dpdt_max": "kPa/ms", "stroke_work": "kPa mm^3"}
+    metrics = {
+        "celerity": None,
+        "volume_max": 120e3,
+        "ejection_fraction": 0.6,
+        "pressure_max": 16.0,
+        "dpdt_max": 0.2,
+        "stroke_work": 1.1e6,
+        "twist": 11.0,
+        "fibre_stress_3": 1.0,
+    }
+    rows = {name: (value, unit) for name, value, unit in clinical(metrics, units)}
+    assert rows == {
+        "end-diastolic volume": (pytest.approx(120.0), "mL"),
+        "ejection fraction": (pytest.approx(60.0), "%"),
+        "greatest pressure": (pytest.approx(120.0, rel=1e-3), "mmHg"),
+        "greatest dP/dt": (pytest.approx(1500.1, rel=1e-3), "mmHg/s"),
+        "stroke work": (pytest.approx(1.1), "J"),
+        "twist": (11.0, "degrees"),
+    }
+    two = {"volume_max_left": 1.0, "stroke_volume_change_right": 0.01}
+    assert [name for name, _, _ in clinical(two, {})] == [
+        "end-diastolic volume, left",
+        "change of stroke volume, right",
+    ]
+    assert clinical({"twist": 3.0, "celerity": 1.0}, units) == []
+
+
+def test_pictures_of_segments(tmp_path):
+    """Strains over time and a bull's eye, since the first row, from measures.csv alone."""
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    write_snapshots(tmp_path, points, np.array([[0, 1, 2, 3]]), [0.0], potential=np.zeros((1, 4)))
+    finish(tmp_path)
+    time = np.linspace(0, 1, 20)
+    columns = {"time": time, "volume_ratio": 1 + 0 * time, "twist": 10 * time}
+    for kind in KINDS:
+        columns |= {f"{kind}_{n}": 0.1 + n * 0.01 * time for n in range(1, 18)}
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "measures.csv", table, delimiter=",", header=",".join(columns), comments="")
+    found = {path.name: path.stat().st_size for path in draw(tmp_path)}
+    assert min(found[f"{name}.png"] for name in ("measures", "strains", "bullseye")) > 5000
+    strains = since_first(columns, "radial")
+    np.testing.assert_allclose(strains[16], (1.1 + 0.17 * time) / 1.1 - 1, rtol=1e-12)

@@ -173,6 +173,7 @@ def simulation(case: Any, comm: Any, out: Path | None, force: bool, resume: bool
         repolarization=case.output.repolarization,
         tip=case.output.tip,
         electrodes=case.electrodes,
+        septum=case.output.septum,
         ellipticity=case.mechanics.ellipticity,
         force=force,
         resume=resume,

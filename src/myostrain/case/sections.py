@@ -21,7 +21,7 @@ from myostrain.output.fields import FieldName
 from myostrain.output.tips import Tip
 from myostrain.run.simulation import CHECKPOINT_SECONDS
 from myostrain.schemes import Implicit, SecondOrder, Staggered
-from myostrain.validation import Count, Flag, Level, NonNegative, Positive, Share, description
+from myostrain.validation import Count, Finite, Flag, Level, NonNegative, Positive, Share, description
 
 from pydantic import Field
 
@@ -226,6 +226,8 @@ class OutputSection:
         repolarization: Percentages of repolarisation at which the end of each beat is taken at every node and
             probe: a number such as 90, for APD90, or several.
         tip: Definition of the tip of a spiral wave on a sheet; its trajectory is written into `tip.csv`.
+        septum: Direction from the long axis of a left ventricle to the middle of its septum: strains, stretch
+            and stress are then measured in its 17 segments.
         rigid_twin: Whether the same case is run on the rigid body too, for comparison.
         checkpoint_every: Simulated time between checkpoints; none by simulated time unless given.
         checkpoint_seconds: Seconds of wall clock between checkpoints.
@@ -235,6 +237,7 @@ class OutputSection:
     fields: tuple[FieldName, ...] = ("potential", "states", "displacement", "stress_trace")
     repolarization: Percentage | tuple[Percentage, ...] = (90.0,)
     tip: Tip | None = None
+    septum: tuple[Finite, Finite, Finite] | None = None
     rigid_twin: Flag = False
     checkpoint_every: Positive | None = None
     checkpoint_seconds: Positive = CHECKPOINT_SECONDS

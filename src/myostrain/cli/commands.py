@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 from myostrain.cli.options import CaseName, Force, Out, Quiet
 from myostrain.errors import ComputationError, InputError, Interrupted
+from myostrain.output.clinical import SEGMENT, clinical
 from myostrain.run.progress import ProgressDisplay, errors
 
 import typer
@@ -272,9 +273,13 @@ def _seconds_since_start() -> float:
 
 def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
     screen.print(f"{case.title}")
-    numbers = {k: v for k, v in results["metrics"].items() if v is not None}
+    numbers = {k: v for k, v in results["metrics"].items() if v is not None and not SEGMENT.fullmatch(k)}
     for name, value in numbers.items():
         screen.print(f"  {name:22} {float(value):.5g}")
+    if rows := clinical(results["metrics"], results.get("units", {})):
+        screen.print("the heart")
+        for name, value, unit in rows:
+            screen.print(f"  {name:32} {value:10.4g} {unit}")
     seconds = results["seconds"]
     phases = ", ".join(
         f"{phase} {seconds[phase]:.1f}"

@@ -43,6 +43,11 @@ _KNOWN: tuple[tuple[str, str, Powers | None], ...] = (
     (r"stretch", "stretch of the fibre", NUMBER),
     (r"stress_([xyz]{2})", "Cauchy stress, {0}", STRESS),
     (r"stress_trace", "trace of the Cauchy stress", STRESS),
+    (r"(longitudinal|circumferential|radial)_strain", "mean {0} strain since rest", NUMBER),
+    (r"(longitudinal|circumferential|radial)_strain_(\d+)", "{0} strain of segment {1} since rest", NUMBER),
+    (r"fibre_stretch_(\d+)", "stretch of the fibre in segment {0}", NUMBER),
+    (r"fibre_stress_(\d+)", "Cauchy stress along the fibre in segment {0}", STRESS),
+    (r"fibre_stress_mean", "mean Cauchy stress along the fibre", STRESS),
     (r"fibre_stretch_mean", "mean stretch of the fibre", NUMBER),
     (r"fibre_stretch_min", "least stretch of the fibre", NUMBER),
     (r"fibre_shortening", "largest mean shortening of the fibre", NUMBER),
@@ -75,6 +80,8 @@ def attributes(name: str, units: Mapping[str, str], dim: int | None) -> dict[str
     """
     if name == "twist":
         return {"long_name": "rotation of the apex against the base", "units": "degree"}
+    if name == "torsion":
+        return {"long_name": "shear angle of the epicardium by the twist", "units": "degree"}
     rigid = name.endswith("_rigid")
     for pattern, text, powers in _KNOWN:
         found = re.fullmatch(pattern, name.removesuffix("_rigid"))

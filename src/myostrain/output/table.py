@@ -178,6 +178,7 @@ class MeasureTable:
         model: The coupled problem; of what is no solid only reactions of supports are measured.
         folder: The result folder; None writes nothing.
         ellipticity: Whether to look for a loss of ellipticity too.
+        septum: Where the septum of a left ventricle is, see :class:`~myostrain.output.measures.Measures`.
         saved: State of an earlier run to go on from; None begins anew.
 
     Raises:
@@ -190,6 +191,7 @@ class MeasureTable:
         folder: Path | None,
         *,
         ellipticity: bool = False,
+        septum: Sequence[float] | None = None,
         saved: State | None = None,
     ) -> None:
         self._model = model
@@ -198,7 +200,9 @@ class MeasureTable:
         if mechanics is not None and ellipticity:
             self._sources.append(EllipticityMonitor(mechanics))
         if mechanics is not None and mechanics.body.dim == 3:
-            self._sources.insert(0, Measures(mechanics))
+            self._sources.insert(0, Measures(mechanics, septum))
+        elif septum is not None:
+            raise InputError("segments are those of a solid that deforms; leave it out", "output.septum")
         if mechanics is not None and mechanics.reactions.names and not mechanics.held(np.inf):
             self._sources.append(mechanics.reactions)
         if mechanics is not None and mechanics.cavities.names:

@@ -55,6 +55,11 @@ class Wall:
 
     Raises:
         InputError: A boundary is empty.
+
+    Attributes:
+        axis: Unit vector (3,) of the long axis, from the apex to the base.
+        ends: Least and greatest height of the apical and of the basal region.
+        depth: The harmonic depth.
     """
 
     names = ("twist", "longitudinal_shortening", "apex_endocardium", "apex_epicardium")
@@ -62,21 +67,26 @@ class Wall:
     def __init__(self, mechanics: Mechanics, displacement: Any, cavity: Cavity) -> None:
         self._mechanics, self._cavity = mechanics, cavity
         body = mechanics.body
-        self._axis = _normal(body, "base")
-        low, high = _heights(body, self._axis)
+        self.axis = _normal(body, "base")
+        low, high = _heights(body, self.axis)
         x = ufl.SpatialCoordinate(body.mesh) + displacement
-        ends = [(low, low + REGION * (high - low)), (high - REGION * (high - low), high)]
-        self._apical, self._basal = (_Region(body, x, self._axis, *end) for end in ends)
+        self.ends = [(low, low + REGION * (high - low)), (high - REGION * (high - low), high)]
+        self._apical, self._basal = (_Region(body, x, self.axis, *end) for end in self.ends)
         space = mechanics.displacement().function_space
         self._apex = {
-            name: _LowestNode(body, space, name, self._axis) for name in ("endocardium", "epicardium")
+            name: _LowestNode(body, space, name, self.axis) for name in ("endocardium", "epicardium")
         }
-        self._depth = depth(body)
+        self.depth = depth(body)
         self._length = float(np.linalg.norm(self._apex["endocardium"].rest - cavity.rim_at_rest))
+
+    @property
+    def apex_at_rest(self) -> Array:
+        """The endocardial apex (3,) at rest."""
+        return self._apex["endocardium"].rest
 
     def transmural_stretch(self, F: Any) -> Any:
         """|F⁻ᵀ M|⁻¹, UFL."""
-        gradient = ufl.grad(self._depth)
+        gradient = ufl.grad(self.depth)
         deformed = ufl.inv(F).T * gradient
         none = (1e-10 / self._length) ** 2  # where the depth has no direction, there is no stretch
         return ufl.sqrt((ufl.dot(gradient, gradient) + none) / (ufl.dot(deformed, deformed) + none))
@@ -86,11 +96,11 @@ class Wall:
         turn = self._basal.rotation().T @ self._apical.rotation()
         sine = [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
         # The quaternion of the turn is (1 + tr, sine) but for a factor. Seen from the apex: about −axis.
-        twist = 2 * np.arctan2(-self._axis @ sine, 1 + np.trace(turn))
+        twist = 2 * np.arctan2(-self.axis @ sine, 1 + np.trace(turn))
         u = self._mechanics.displacement().x.array.reshape(-1, 3)
         apex = {name: node.position(u) for name, node in self._apex.items()}
         length = np.linalg.norm(apex["endocardium"] - self._cavity.rim())
-        heights = [float(self._axis @ position) for position in apex.values()]
+        heights = [float(self.axis @ position) for position in apex.values()]
         return [float(np.degrees(twist)), float(1 - length / self._length), *heights]
 
 

@@ -39,6 +39,7 @@ class Wanted:
         repolarization: Percentages at which beats end.
         tip: What a tip is; None for none.
         electrodes: Places of electrodes by name.
+        septum: Direction from the long axis of a left ventricle to its septum; None for no segments.
     """
 
     probes: Probes
@@ -51,6 +52,7 @@ class Wanted:
     repolarization: Sequence[float]
     tip: Tip | None
     electrodes: Mapping[str, Sequence[float]]
+    septum: Sequence[float] | None
 
     @property
     def intervals(self) -> dict[str, float]:
@@ -91,7 +93,11 @@ class Record:
         self._writer: FieldWriter | None = None
         self._rows = ProbeTable(model, wanted.probes, out, before.get("table"))
         self._measures = MeasureTable(
-            model, out, ellipticity=wanted.ellipticity, saved=before.get("measures")
+            model,
+            out,
+            ellipticity=wanted.ellipticity,
+            septum=wanted.septum,
+            saved=before.get("measures"),
         )
         self._tips = None if wanted.tip is None else TipTable(model, wanted.tip, out, before.get("tips"))
         self._ecg: ElectrodeTable | None = None

@@ -65,6 +65,8 @@ class Simulation:
         repolarization: Percentages of repolarisation at which the end of each beat is taken: 90 for APD90.
         tip: What a spiral's tip is, to write its trajectory on a sheet; None for none.
         electrodes: Places in space by name, outside of the body, at which ``ecg.csv`` has the potential.
+        septum: Direction from the long axis of a left ventricle to the middle of its septum: strains, stretch
+            and stress are measured in its 17 segments; None for no segments.
         ellipticity: "warn" looks for a loss of ellipticity of a solid where it is measured.
         checkpoint_every: Simulated time between checkpoints; None for none by simulated time.
         checkpoint_seconds: Seconds of wall clock between checkpoints, longer where one takes over a fiftieth
@@ -95,6 +97,7 @@ class Simulation:
         repolarization: float | Sequence[float] = (90.0,),
         tip: Tip | None = None,
         electrodes: Mapping[str, Sequence[float]] | None = None,
+        septum: Sequence[float] | None = None,
         ellipticity: Literal["off", "warn"] = "off",
         checkpoint_every: float | None = None,
         checkpoint_seconds: float = CHECKPOINT_SECONDS,
@@ -146,6 +149,7 @@ class Simulation:
             repolarization=percentages(repolarization),
             tip=tip,
             electrodes=dict(electrodes or {}),
+            septum=septum,
         )
         self._checkpoints_due = Schedule(checkpoint_every, self.step, self.steps)
         for key, asked, schedule in (

@@ -12,6 +12,7 @@ from myostrain.output.figures.data import Recording
 from myostrain.output.figures.line import draw_line
 from myostrain.output.figures.loops import draw_loops
 from myostrain.output.figures.maps import nodal_maps
+from myostrain.output.figures.measures import draw_measures
 from myostrain.output.figures.published import draw_benchmark
 from myostrain.output.figures.sheet import draw_sheet
 from myostrain.output.figures.shown import PICTURES
@@ -26,7 +27,18 @@ import numpy.typing as npt
 from matplotlib import colormaps
 
 #: Pictures that are of no field of the frames.
-OTHERS = ("animation", "ecg", "evolution", "fibres", "loops", "maps", "probes", "space-time", "tip")
+OTHERS = (
+    "animation",
+    "ecg",
+    "evolution",
+    "fibres",
+    "loops",
+    "maps",
+    "measures",
+    "probes",
+    "space-time",
+    "tip",
+)
 
 Array = npt.NDArray[np.float64]
 
@@ -38,7 +50,8 @@ def draw(folder: Path, wanted: Choice | None = None) -> list[Path]:
     ``folder/rigid`` beside it if there is one, and ``maps.png``; a sheet gives ``potential.png``,
     ``stress.png``, ``activation-times.png``, ``apd90.png``, ``conduction-velocity.png``, ``animation.gif``,
     and ``tip.png`` of a spiral; a solid these, ``displacement.png`` and ``fibres.png``, if PyVista is there;
-    cavities ``loop.png`` and ``cavities.png``; probes of any body give ``probes.png``, electrodes
+    cavities ``loop.png``, ``cavities.png`` and ``wiggers.png``; a solid ``measures.png``, with segments
+    ``strains.png`` and ``bullseye.png``; probes of any body give ``probes.png``, electrodes
     ``ecg.png``, published numbers to compare with ``land.png``, published activation times or
     displacements ``published.png``.
     What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are
@@ -86,6 +99,8 @@ def _draw(folder: Path) -> list[Path]:
             written += draw_solid(run, figures)
         if wants("loops"):
             written += draw_loops(run, figures)
+        if wants("measures") and run.dim == 3:
+            written += draw_measures(run, figures)
         times, histories = run.probe_histories("potential")
         label = run.label("$v$", "potential")
         if wants("probes"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.style import COLOURS, GREY, new_figure, plain, save
@@ -17,10 +18,11 @@ VOLUMES, PRESSURES = {"mm": (1e-3, "mL"), "cm": (1.0, "mL")}, {"kPa": (1 / 0.133
 
 
 def draw_loops(recording: Recording, folder: Path) -> list[Path]:
-    """Draw ``loop.png``, pressure over volume, and ``cavities.png``, both over time, with other pressures.
+    """Draw ``loop.png``, pressure over volume, ``cavities.png``, both over time, and ``wiggers.png``.
 
-    Lengths in mm or cm and stresses in kPa are shown as mL and mmHg. Of several beats the last is the thick
-    one.
+    The last is the diagram of C. J. Wiggers of the last beat: all pressures, volumes, and the potential at
+    electrodes or probes; phases in which the volume of the first cavity is constant are shaded. Lengths in mm
+    or cm and stresses in kPa are shown as mL and mmHg. Of several beats the last is the thick one.
 
     Args:
         recording: The run.
@@ -63,7 +65,55 @@ def draw_loops(recording: Recording, folder: Path) -> list[Path]:
     above.set(ylabel=up)
     below.set(ylabel=across, xlabel=recording.label("$t$", "time"))
     below.margins(x=0)
-    return [*written, save(figure, folder / "cavities.png")]
+    written.append(save(figure, folder / "cavities.png"))
+
+    beat = {key: values[last] for key, values in table.items()}
+    if np.count_nonzero(last) < 2:
+        return written
+    figure = new_figure(6.4, 6.2, recording.title)
+    above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=(2, 1.4, 1))
+    t = beat["time"]
+    for name, colour in zip(names, COLOURS, strict=False):
+        above.plot(t, pressure * beat[f"pressure_{name}"], color=colour, label=plain(name))
+        middle.plot(t, volume * beat[f"volume_{name}"], color=colour, label=plain(name))
+    others = [key for key in beat if key.startswith("pressure_") and key[9:] not in names]
+    for key, look in zip(others, ("--", ":", "-.", (0, (1, 3))), strict=False):
+        above.plot(
+            t, pressure * beat[key], color="black", linewidth=1.0, linestyle=look, label=plain(key[9:])
+        )
+    held = isovolumetric(beat[f"volume_{names[0]}"])
+    for panel in (above, middle, below):
+        panel.fill_between(
+            t, 0, 1, where=held, color=GREY, alpha=0.25, linewidth=0, transform=panel.get_xaxis_transform()
+        )
+        panel.margins(x=0)
+    _electrical(recording, below, float(t[0]), float(t[-1]))
+    above.set(ylabel=up)
+    middle.set(ylabel=across)
+    below.set(xlabel=recording.label("$t$", "time"))
+    above.legend(fontsize=7, loc="upper right")
+    return [*written, save(figure, folder / "wiggers.png")]
+
+
+def isovolumetric(volume: Array) -> npt.NDArray[np.bool_]:
+    """Rows (n,) about which a volume (n,) stays the same to a thousandth of its range a row."""
+    steps = np.abs(np.diff(volume)) < 1e-3 * np.ptp(volume)
+    return np.concatenate([steps[:1], steps[1:] & steps[:-1], steps[-1:]])
+
+
+def _electrical(recording: Recording, panel: Any, begin: float, end: float) -> None:
+    """The potential at electrodes or, without any, at probes."""
+    signals = recording.table("ecg.csv")
+    times, label = signals.pop("time", np.empty(0)), "electrodes"
+    if not signals:
+        times, signals = recording.probe_histories("potential")
+        label = recording.label("$v$", "potential")
+    within = (times >= begin) & (times <= end)
+    for (name, values), colour in zip(signals.items(), COLOURS, strict=False):
+        panel.plot(times[within], values[within], color=colour, linewidth=0.9, label=plain(name))
+    panel.set(ylabel=label)
+    if signals:
+        panel.legend(fontsize=7, loc="upper right")
 
 
 def _last_beat(recording: Recording, time: Array) -> float:

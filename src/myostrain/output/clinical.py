@@ -1,0 +1,84 @@
+"""What a cardiologist reads at the end of a run: its metrics in clinical words and units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+#: Metrics of one segment of a ventricle, of which there are too many for a screen.
+SEGMENT = re.compile(r"(\w+_strain|fibre_stretch|fibre_stress)_\d+")
+
+#: By metric, its name; that of a cavity of several has the cavity's name appended.
+_OF_CAVITIES = {
+    "volume_max": "end-diastolic volume",
+    "volume_min": "end-systolic volume",
+    "stroke_volume": "stroke volume",
+    "ejection_fraction": "ejection fraction",
+    "pressure_max": "greatest pressure",
+    "dpdt_max": "greatest dP/dt",
+    "stroke_work": "stroke work",
+    "stroke_volume_change": "change of stroke volume",
+}
+_OF_WALLS = {
+    "twist": "twist",
+    "torsion": "torsion at the end",
+    "wall_thickening": "thickening of the wall",
+    "longitudinal_shortening": "shortening of the long axis",
+    "fibre_shortening": "shortening of the fibres",
+}
+_PERCENT = (
+    "ejection_fraction",
+    "stroke_volume_change",
+    "wall_thickening",
+    "longitudinal_shortening",
+    "fibre_shortening",
+)
+
+#: kPa in a mmHg.
+MMHG = 0.133322
+
+#: By unit of a metric, by what it is multiplied, and what it then is.
+_CLINICAL = {
+    "mm^3": (1e-3, "mL"),
+    "cm^3": (1.0, "mL"),
+    "kPa": (1 / MMHG, "mmHg"),
+    "Pa": (1e-3 / MMHG, "mmHg"),
+    "kPa/ms": (1e3 / MMHG, "mmHg/s"),
+    "kPa/s": (1 / MMHG, "mmHg/s"),
+    "Pa/s": (1e-3 / MMHG, "mmHg/s"),
+    "kPa mm^3": (1e-6, "J"),
+    "kPa cm^3": (1e-3, "J"),
+}
+
+
+def clinical(metrics: Mapping[str, Any], units: Mapping[str, str]) -> list[tuple[str, float, str]]:
+    """Name, value and unit of what a ventricle did, empty where no cavity is connected to anything.
+
+    Args:
+        metrics: Those of a run.
+        units: Units of metrics by name; what has none of the clinical ones stays as it is.
+    """
+    found = []
+    for words in (_OF_CAVITIES, _OF_WALLS):
+        for metric, value in metrics.items():
+            base = next(
+                (key for key in sorted(words, key=len, reverse=True) if _is(metric, key, words)), None
+            )
+            if base is None or value is None:
+                continue
+            name = words[base] + metric.removeprefix(base).replace("_", ", ", 1).replace("_", " ")
+            factor, unit = (
+                (100.0, "%") if base in _PERCENT else _CLINICAL.get(units.get(metric, ""), (1.0, ""))
+            )
+            if base in ("twist", "torsion"):
+                unit = "degrees"
+            found.append((name, factor * float(value), unit or units.get(metric, "")))
+        if not found:
+            return []
+    return found
+
+
+def _is(metric: str, key: str, words: Mapping[str, str]) -> bool:
+    """Whether a metric is this one, or that of a cavity."""
+    return metric == key or (words is _OF_CAVITIES and metric.startswith(f"{key}_"))
