@@ -27,8 +27,11 @@ class Applied(Protocol):
         """How strongly it acts at each node of a P1 space, (nodes,), fixed for the run."""
         ...
 
-    def amount(self, time: float) -> float:
-        """What it has added to v since time 0 where the share is one: the integral of its rate."""
+    def amount(self, time: Any) -> Any:
+        """What it has added to v since time 0 where the share is one: the integral of its rate.
+
+        A number; of one with delays an array for an array of times.
+        """
         ...
 
 
