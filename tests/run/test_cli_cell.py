@@ -71,6 +71,19 @@ def test_wrong_input(tmp_path, arguments, message):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("command", ["cell", "cable"])
+def test_a_folder_that_cannot_be_made_is_said_before_the_work(tmp_path, monkeypatch, command):
+    """Not after all beats; nothing is left where the folder would have been."""
+    (tmp_path / "file").touch()
+    for package in ("single_cell", "conduction"):
+        monkeypatch.setattr(f"myostrain.{package}.{'cable' if package == 'conduction' else 'cell'}", None)
+    for out in ("/proc/new", tmp_path / "file" / "new"):
+        done = command_line(command, "MitchellSchaeffer2003", "--out", out)
+        assert done.status == 2, done.err
+        assert f"the folder {out} cannot be written" in done.err
+    assert [each.name for each in tmp_path.iterdir()] == ["file"]
+
+
 def test_a_file_declares_no_stimulus(tmp_path):
     """cells.md: "one from a file declares none, so say it"; the message says how."""
     pytest.importorskip("gotranx")

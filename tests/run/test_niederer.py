@@ -3,10 +3,12 @@
 from myostrain.case.case import Case
 from myostrain.case.running import changed_problem, run_case
 from myostrain.cases import path
-from myostrain.output.codes import compare_times, published_times
+from myostrain.output.codes import CONVERGED, compare_times, published_times
 from myostrain.output.figures.codes import draw_codes
 
 import pytest
+
+from reference import niederer_fd
 
 POINTS = [f"P{i}" for i in range(1, 10)]
 
@@ -46,14 +48,20 @@ def test_another_problem_is_not_compared(changes, another):
 
 def test_results_are_beside_the_published_codes(tmp_path):
     """docs/niederer.md: metrics and results.json hold P1 to P9, None where the run ended before."""
-    changes = ["geometry.spacing=1", "time.step=0.1", "time.end=6", "output.fields=[]"]
+    changes = ["geometry.spacing=0.75", "time.step=0.1", "time.end=6", "output.fields=[]"]
     found = run_case(case(*changes), tmp_path / "run", figures=False)
     assert list(found["published"]["times"]) == POINTS
     # The corner is stimulated itself: no mesh and no step matters (published: 1.22 to 1.35).
     assert found["metrics"]["P1"] == pytest.approx(1.23, abs=0.05)
     assert found["metrics"]["P8"] is None
-    assert found["published"]["error"] == {}
+    assert list(found["published"]["error"]) == ["P1"]
     assert {code["code"] for code in found["published"]["codes"]} == {"fenicsx-beat", "Cardioid", "Chaste"}
+
+
+def test_what_codes_tend_to_is_that_of_the_finite_differences():
+    """tests/reference/niederer_fd.py: its extrapolated times, rounded; a third grid lies on the same line."""
+    assert list(CONVERGED["niederer-3d"].values()) == pytest.approx(niederer_fd.limit(), abs=0.006)
+    assert CONVERGED["niederer-3d"]["P8"] == pytest.approx(42.2, abs=0.3)  # what is published
 
 
 def test_published_times_and_their_picture(tmp_path):
@@ -61,7 +69,8 @@ def test_published_times_and_their_picture(tmp_path):
     finest = {c["code"]: c["P8"] for c in published_times("niederer-3d") if c["spacing"] == 0.1}
     assert finest == {"fenicsx-beat": 37.93, "Cardioid": 45.13}
     found = compare_times("niederer-3d", {p: {"activation_time": 10.0} for p in POINTS})
-    assert found["error"] == {"P8": pytest.approx(10 / 42.2 - 1)}
+    assert found["error"]["P8"] == pytest.approx(10 / 42.19 - 1)
+    assert compare_times("niederer-3d", {"P8": {"activation_time": None}})["error"] == {}
     assert compare_times("slab-3d", {}) == {}
     (file,) = draw_codes(tmp_path, {"published": found, "parameters": {"title": "a run"}})
     assert file.stat().st_size > 10_000

@@ -1,13 +1,15 @@
 """kinematics = "rigid" in a case: no mechanics is made, and the potential is that of a body that is held."""
 
+import contextlib
+
 from myostrain.case.case import Case
 from myostrain.case.running import run_case
-from myostrain.errors import InputError
+from myostrain.errors import ComputationError, InputError
 
 import numpy as np
 import pytest
 
-from small_cases import LINE, SHEET, SOLID, changed
+from small_cases import LINE, REMOVED, SHEET, SOLID, changed
 
 #: Without what a rigid body has no use for.
 RIGID = {"kinematics": "rigid"}
@@ -76,3 +78,22 @@ def test_what_a_rigid_body_has_no_use_for_is_refused(changes, key):
     """No key is silently without effect."""
     with pytest.raises(InputError, match=rf"^{key}: a rigid body has no use for this (key|section)"):
         Case.from_dict(rigid(LINE, **changes))
+
+
+def test_a_step_longer_than_an_upstroke_is_said(caplog):
+    """v of Bueno-Orovio 2008 grows at (1.55 + 0.3 − 2 u)/0.11 per ms where u is above 0.3, at most 11.4."""
+    excited = {"potential": -54.0, "center": [0.0], "radius": 5.0}
+    cell = {"model": "BuenoOrovio2008"}
+    base = changed(
+        rigid(LINE), {"cell": cell, "initial": excited, "potential.diffusivity": 0.1, "probes": REMOVED}
+    )
+    for step, said in ((0.25, 1), (0.08, 0)):
+        caplog.clear()
+        model = Case.from_dict(changed(base, {"time.step": step, "time.end": 3.0})).build()
+        model.start()
+        with contextlib.suppress(ComputationError):  # the matrix is indefinite, a run would try again
+            for number in range(1, 9):
+                model.step(number * step)
+        told = [r.getMessage() for r in caplog.records if "too long for BuenoOrovio2008" in r.getMessage()]
+        assert len(told) == said, told  # once, not at each step
+        assert all(each.endswith("Take time.step = 0.1 or less") for each in told)

@@ -103,7 +103,7 @@ def cell(
     _load_engine()
     from myostrain.case.parsing import plain
     from myostrain.case.sections import CELLS
-    from myostrain.output.folder import check_free, free_name
+    from myostrain.output.folder import check_ready, free_name
     from myostrain.single_cell import cell as pace
     from myostrain.single_cell import write_cell
 
@@ -114,7 +114,7 @@ def cell(
     membrane, stimulus = _asked(model, overrides)
     name = _called(model, membrane)
     folder = out if out is not None else free_name(Path("runs") / f"cell-{name}")
-    check_free(folder, force=force)
+    check_ready(folder, force=force)
     with _warnings_shown(True), ProgressDisplay(True, bar=not quiet) as display:
         paced = pace(
             membrane,
@@ -174,13 +174,13 @@ def cable(
     from myostrain.case.parsing import plain
     from myostrain.conduction import cable as measure
     from myostrain.conduction import write_cable
-    from myostrain.output.folder import check_free, free_name
+    from myostrain.output.folder import check_ready, free_name
 
     membrane, stimulus = _asked(model, overrides)
     changed = any(text.lstrip().startswith("stimulus") for text in overrides or [])
     name = _called(model, membrane)
     folder = out if out is not None else free_name(Path("runs") / f"cable-{name}")
-    check_free(folder, force=force)
+    check_ready(folder, force=force)
     with _warnings_shown(True), ProgressDisplay(True, bar=not quiet) as display:
         found = measure(
             membrane,

@@ -323,6 +323,7 @@ class Potential:
         room = self.past.room(self._states)
         self._states, current, slope, bad = self._reaction.solve(guess, self._states, step, room)
         self._reaction.refuse(bad, self._states, self._place, end)
+        self._reaction.notice_long_step(slope, step, self._place)
         between = np.zeros((2, 1))  # what the current between the nodes adds to the load and its derivative
         if (front := self.past.front) is not None:
             nodal, varying = self.ratio * np.array([current, slope]), self._reaction.varying

@@ -16,7 +16,6 @@ from myostrain.geometry.foreign import readable
 from myostrain.geometry.laplace_fibres import RuleBasedFibres
 from myostrain.geometry.line import Line
 from myostrain.geometry.meshed import Meshed
-from myostrain.geometry.opencarp import write_opencarp
 from myostrain.geometry.quality import Quality, quality
 from myostrain.geometry.rectangle import Rectangle
 from myostrain.geometry.refinement import RefinedBody, refined
@@ -50,5 +49,4 @@ __all__ = [
     "readable",
     "refined",
     "transmural",
-    "write_opencarp",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -14,6 +15,8 @@ from myostrain.membranes.tracing import Traced, replaced, traced
 from myostrain.pointwise import Expression, Program, derivative
 
 import numpy as np
+
+log = logging.getLogger("myostrain")
 
 #: By how much a gate may leave [0, 1]: multistep formulas swing over by a little.
 GATE_MARGIN = 1e-2
@@ -64,6 +67,7 @@ class Reaction:
         self._gates = [self.names.index(g) for g in getattr(membrane, "gates", ()) if g in self.names]
         self.written = hasattr(self.integrator, "formula")
         self._programs: dict[Any, Program] = {}
+        self._noticed = False
         self._trace(0)
         if not self.written and not callable(getattr(self.integrator, "advance", None)):
             raise InputError(
@@ -270,6 +274,38 @@ class Reaction:
             found = self.wrong(states, bad), [round(float(x), 6) for x in place(bad)]
         what, where = next(f for f in self._comm.allgather(found) if f is not None)
         raise ComputationError(f"{what} near {where}", time=end, where=where, advice="a smaller time step.")
+
+    def notice_long_step(self, slope: Array, step: Step, place: Callable[[int], Array]) -> None:
+        """Warn, once, of a step in which the current grows by more than itself (collective).
+
+        Where the slope of the current in v outweighs the time derivative, a step turns an upstroke around:
+        a wave may not start, a value overshoots, and the matrix may be indefinite.
+
+        Args:
+            slope: Derivative of the current in v (nodes,), a rate; negative where v feeds itself.
+            step: The step.
+            place: Where a node is.
+        """
+        if self._noticed:
+            return
+        node = int(np.argmin(slope)) if len(slope) else -1
+        mine = (float(slope[node]), [round(float(x), 6) for x in place(node)]) if len(slope) else (0.0, [])
+        least, where = mine
+        if self._comm.size > 1:
+            least = self._comm.allreduce(mine[0], op=MPI.MIN)
+        if not least < -step.weight:
+            return
+        if self._comm.size > 1:
+            where = min(self._comm.allgather(mine))[1]
+        self._noticed = True
+        longest = step.length * step.weight / -least
+        size = 10.0 ** np.floor(np.log10(longest))
+        log.warning(
+            "a time step of %.3g is too long for %s: near %s its v grows by itself at a rate of %.3g. An "
+            "upstroke may not start, or overshoot. Take time.step = %.3g or less",
+            *(step.length, type(self.membrane).__name__, where, -least),
+            size * np.floor(longest / size),
+        )
 
     def refuse_no_numbers(self, v: Array, current: Array, place: Callable[[int], Array], end: float) -> None:
         """Stop where the current is no number (collective).

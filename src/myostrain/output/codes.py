@@ -10,8 +10,16 @@ from typing import Any
 #: Cases with published activation times, and where these are.
 FOLDERS = {"niederer-3d": "niederer"}
 
-#: What finer meshes and smaller steps of several codes tend to, ms, by case.
-CONVERGED = {"niederer-3d": {"P8": 42.2}}
+#: What finite differences tend to (tests/reference/niederer_fd.py), ms, by case and point.
+CONVERGED = {
+    "niederer-3d": dict(
+        zip(
+            (f"P{number}" for number in range(1, 10)),
+            (1.221, 26.39, 31.60, 41.19, 8.24, 27.78, 32.80, 42.19, 19.52),
+            strict=True,
+        )
+    )
+}
 
 
 def known(name: str) -> bool:

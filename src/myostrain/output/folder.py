@@ -9,6 +9,7 @@ import math
 import os
 import shutil
 import stat
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,22 @@ def check_free(path: Path, *, force: bool) -> None:
             f"--force to replace it{goes_on}",
             "--out",
         )
+
+
+def check_ready(path: Path, *, force: bool) -> None:
+    """:func:`check_free`, and that a folder can be made there: for what makes its folder after the work.
+
+    Raises:
+        InputError: It is not free, or cannot be written.
+    """
+    check_free(path, force=force)
+    there = next(each for each in (path, *path.absolute().parents) if each.exists())
+    try:
+        Path(tempfile.mkdtemp(prefix=".myostrain-", dir=there)).rmdir()
+    except OSError as error:
+        raise InputError(
+            f"the folder {path} cannot be written: {error.strerror or error}", "--out"
+        ) from error
 
 
 def _prepare(path: Path, force: bool, resume: bool) -> FolderLock:

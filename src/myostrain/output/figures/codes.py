@@ -9,6 +9,8 @@ from myostrain.output.figures.style import COLOURS, GREY, new_figure, save, styl
 from myostrain.output.folder import writing
 from myostrain.output.manifest import make_folder
 
+import numpy as np
+
 
 def draw_codes(folder: Path, results: dict[str, Any]) -> list[Path]:
     """Draw ``figures/published.png``: times at the points, and those of each code on each of its meshes.
@@ -50,10 +52,10 @@ def draw_codes(folder: Path, results: dict[str, Any]) -> list[Path]:
                     label=f"{name}, {code['method']}, {spacing:g}",
                 )
         panel.plot(range(len(points)), list(found["times"].values()), "D", color=COLOURS[0], label="this run")
-        for point, time in found["converged"].items():
-            if point in points:
-                at = points.index(point)
-                panel.hlines(time, at - 0.3, at + 0.6, color=GREY, label=f"{point} converged, {time:g}")
+        known = [(points.index(point), time) for point, time in found["converged"].items() if point in points]
+        if known:
+            at, limits = np.array(known).T
+            panel.hlines(limits, at - 0.3, at + 0.6, color=GREY, label="converged")
         panel.set_xticks(range(len(points)), points)
         panel.set(ylabel="activation time", yscale="log")
         panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8)
