@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.style import COLOURS, GREY, new_figure, plain, save
@@ -70,8 +69,10 @@ def draw_loops(recording: Recording, folder: Path) -> list[Path]:
     beat = {key: values[last] for key, values in table.items()}
     if np.count_nonzero(last) < 2:
         return written
-    figure = new_figure(6.4, 6.2, recording.title)
-    above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=(2, 1.4, 1))
+    signals, label = _signals(recording)
+    rows = 3 if signals else 2
+    figure = new_figure(6.4, 2.2 + 1.4 * rows, recording.title)
+    above, middle, *below = figure.subplots(rows, 1, sharex=True, height_ratios=(2, 1.4, 1)[:rows])
     t = beat["time"]
     for name, colour in zip(names, COLOURS, strict=False):
         above.plot(t, pressure * beat[f"pressure_{name}"], color=colour, label=plain(name))
@@ -82,15 +83,21 @@ def draw_loops(recording: Recording, folder: Path) -> list[Path]:
             t, pressure * beat[key], color="black", linewidth=1.0, linestyle=look, label=plain(key[9:])
         )
     held = isovolumetric(beat[f"volume_{names[0]}"])
-    for panel in (above, middle, below):
+    for panel in (above, middle, *below):
         panel.fill_between(
             t, 0, 1, where=held, color=GREY, alpha=0.25, linewidth=0, transform=panel.get_xaxis_transform()
         )
         panel.margins(x=0)
-    _electrical(recording, below, float(t[0]), float(t[-1]))
+    for panel in below:
+        times = signals.pop("time")
+        within = (times >= t[0]) & (times <= t[-1])
+        for (name, values), colour in zip(signals.items(), COLOURS, strict=False):
+            panel.plot(times[within], values[within], color=colour, linewidth=0.9, label=plain(name))
+        panel.set(ylabel=label)
+        panel.legend(fontsize=7, loc="upper right")
     above.set(ylabel=up)
     middle.set(ylabel=across)
-    below.set(xlabel=recording.label("$t$", "time"))
+    (below or [middle])[-1].set(xlabel=recording.label("$t$", "time"))
     above.legend(fontsize=7, loc="upper right")
     return [*written, save(figure, folder / "wiggers.png")]
 
@@ -101,19 +108,13 @@ def isovolumetric(volume: Array) -> npt.NDArray[np.bool_]:
     return np.concatenate([steps[:1], steps[1:] & steps[:-1], steps[-1:]])
 
 
-def _electrical(recording: Recording, panel: Any, begin: float, end: float) -> None:
-    """The potential at electrodes or, without any, at probes."""
+def _signals(recording: Recording) -> tuple[dict[str, Array], str]:
+    """Time and the potential at electrodes or, without any, at probes; nothing where neither is."""
     signals = recording.table("ecg.csv")
-    times, label = signals.pop("time", np.empty(0)), "electrodes"
-    if not signals:
-        times, signals = recording.probe_histories("potential")
-        label = recording.label("$v$", "potential")
-    within = (times >= begin) & (times <= end)
-    for (name, values), colour in zip(signals.items(), COLOURS, strict=False):
-        panel.plot(times[within], values[within], color=colour, linewidth=0.9, label=plain(name))
-    panel.set(ylabel=label)
-    if signals:
-        panel.legend(fontsize=7, loc="upper right")
+    if len(signals) > 1:
+        return signals, "electrodes"
+    times, found = recording.probe_histories("potential")
+    return ({"time": times, **found} if found else {}), recording.label("$v$", "potential")
 
 
 def _last_beat(recording: Recording, time: Array) -> float:

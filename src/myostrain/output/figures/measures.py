@@ -97,7 +97,7 @@ def _bulls_eyes(
     """A panel each of the strains of largest magnitude, and of the greatest stress."""
     peaks = {f"{kind} strain (%)": 100 * _largest(values) for kind, values in strains.items()}
     stress = np.array([table[f"fibre_stress_{n}"] for n in range(1, COUNT + 1)])
-    peaks[recording.label("stress along the fibre", "stress")] = _largest(stress)
+    peaks[recording.label("stress along the fibre\n", "stress")] = _largest(stress)
     figure = new_figure(8.4, 2.9, recording.title)
     for number, (title, values) in enumerate(peaks.items(), start=1):
         panel = figure.add_subplot(1, len(peaks), number, projection="polar")
@@ -105,7 +105,8 @@ def _bulls_eyes(
         colours = colormaps["RdBu_r"](np.clip((values - low) / (high - low), 0, 1))
         for n in range(COUNT):
             begin, width, inner = _place(n)
-            panel.bar(begin, 1.0, width, inner, align="edge", color=colours[n], edgecolor="white")
+            edge = "white" if n < COUNT - 1 else "none"
+            panel.bar(begin, 1.0, width, inner, align="edge", color=colours[n], edgecolor=edge)
             middle = (begin + width / 2, inner + 0.5) if n < COUNT - 1 else (0.0, 0.0)
             shade = "white" if abs(values[n]) > 0.6 * high else "black"
             panel.annotate(f"{values[n]:.3g}", middle, ha="center", va="center", fontsize=6, color=shade)
