@@ -116,9 +116,13 @@ def _lines(quick: bool) -> dict[str, Job]:
         )
         for name, g, clamped, end in rows
     }
+    how = {"step": 0.2, "apart": 0.4} if quick else {"step": 0.1, "apart": 0.1}
     for g in PREMATURE[quick]:
-        given = {**line, "conductance": g, "step": 0.2 if quick else 0.1, "apart": 0.4 if quick else 0.1}
-        made[f"premature {g:g}"] = Job("premature.window", {**given, **PULSE}, 2.0 if quick else 10.0)
+        given = {**line, **PULSE, "conductance": g, **how}
+        made[f"premature {g:g}"] = Job("premature.window", given, 2.0 if quick else 10.0)
+        if not quick and g in PREMATURE[True]:
+            finer = {"spacing": 0.5, "step": 0.05}
+            made[f"premature halved {g:g}"] = Job("premature.window", {**given, **finer}, 20.0)
     return made
 
 

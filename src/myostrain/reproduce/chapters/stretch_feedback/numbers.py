@@ -48,6 +48,9 @@ def numbers(found: Mapping[str, Found], quick: bool) -> dict[str, Any]:
             f"{g:g}": found[f"spiral {approach} {g:g}"].numbers for g in SPIRALS[quick]
         }
     if not quick:
+        made["premature_halved"] = {
+            f"{g:g}": found[f"premature halved {g:g}"].numbers for g in PREMATURE[True]
+        }
         made["thresholds"] = {approach: found[f"threshold {approach}"].numbers for approach in APPROACHES}
         made["halved"] = {
             f"{approach} {g:g}": _judged(found[f"halved {approach} {g:g}"]) for approach, g in HALVED

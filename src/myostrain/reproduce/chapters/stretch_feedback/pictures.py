@@ -70,7 +70,7 @@ def _window(measured: Measured) -> Figure:
             if earliest is not None:
                 right.plot([earliest], [drive], "v", color=colour, ms=7)
     right.plot([], [], "v", color=GREY, label="excited again from here on,\nby this g (λ − 1)")
-    right.set(xlabel="time after the upstroke", ylabel="potential v", xlim=(0, 60), ylim=(-0.05, 1.1))
+    right.set(xlabel="time after the upstroke", ylabel="potential v", xlim=(0, 60), ylim=(-0.05, 1.6))
     right.legend(loc="upper right")
     return figure
 
