@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         Variation,
     )
     from myostrain.errors import ComputationError, InputError, MyostrainError
-    from myostrain.geometry import UniformFibres, build
+    from myostrain.geometry import FunctionFibres, UniformFibres, build
     from myostrain.mechanics import Cavities, ImposedStretch, Loads, Mechanics, Supports
     from myostrain.output.comparing import Comparison, compare
     from myostrain.output.opening import Results, open  # noqa: A004
@@ -54,6 +54,7 @@ __all__ = [
     "ComputationError",
     "Drive",
     "Electromechanics",
+    "FunctionFibres",
     "GivenPotential",
     "Implicit",
     "ImposedStretch",
@@ -109,7 +110,7 @@ _MODULES = {
         "Variation",
     ),
     "errors": ("ComputationError", "InputError", "MyostrainError"),
-    "geometry": ("UniformFibres", "build"),
+    "geometry": ("FunctionFibres", "UniformFibres", "build"),
     "mechanics": ("Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports"),
     "output.comparing": ("Comparison", "compare"),
     "output.opening": ("Results", "open"),

@@ -42,8 +42,16 @@ class Transfer(Protocol):
         """Values at the potential's nodes, of values (nodes, ...) at those of the mechanics."""
         ...
 
-    def displacement(self) -> fem.Function:
-        """The present displacement at the potential's nodes, a P1 vector function."""
+    def displacement(self, values: Array | None = None) -> fem.Function:
+        """The displacement at the potential's nodes, a P1 vector function.
+
+        Args:
+            values: Of the mechanics' unknown, in place of the present ones: such as a velocity.
+        """
+        ...
+
+    def quadratic_displacement(self) -> fem.Function | None:
+        """The present displacement on the potential's mesh, a P2 vector function; None where it is linear."""
         ...
 
     def hand_over(self) -> None:
@@ -61,6 +69,7 @@ class SameMesh:
     def __init__(self, mechanics: Any) -> None:
         self._mechanics, self.mesh = mechanics, mechanics.body.mesh
         self.deformation: Deformation = mechanics.deformation
+        self._quadratic: tuple[fem.Function, Any] | None = None
 
     def to_mechanics(self, values: Array) -> Array:
         """The values themselves."""
@@ -70,9 +79,23 @@ class SameMesh:
         """The values themselves."""
         return values
 
-    def displacement(self) -> fem.Function:
+    def displacement(self, values: Array | None = None) -> fem.Function:
         """The mechanics' own."""
-        return self._mechanics.displacement()
+        return self._mechanics.displacement(values)
+
+    def quadratic_displacement(self) -> fem.Function | None:
+        """The mechanics' own."""
+        mechanics = self._mechanics
+        if mechanics.kinematics.degree == 1:
+            return None
+        if not mechanics.kinematics.has_pressure:
+            return mechanics.u
+        if self._quadratic is None:
+            space, dofs = mechanics.u.function_space.sub(0).collapse()
+            self._quadratic = fem.Function(space), np.asarray(dofs)
+        made, dofs = self._quadratic
+        made.x.array[:] = mechanics.u.x.array[dofs]
+        return made
 
     def hand_over(self) -> None:
         """Nothing: the deformation is the mechanics' own."""
@@ -119,9 +142,8 @@ class NestedMesh:
             J = self._J = fem.Function(fem.functionspace(fine.mesh, ("DG", 1)))
         self.deformation = Deformation(F, J, (mechanics.handed.u, mechanics.handed.a), self.hand_over)
         self._space = fem.functionspace(fine.mesh, ("Lagrange", 1))
-        self._first = first_cells(self._space, fine)
         coarse = mechanics.activation.function_space
-        self._up = self._interpolation(coarse)
+        self._up = self._interpolation(coarse, self._space)
         self._down = (self._up.T @ _mass(self._space)).tocsr()
         trial, test = ufl.TrialFunction(coarse), ufl.TestFunction(coarse)
         matrix = fem_petsc.assemble_matrix(compile_form(trial * test * ufl.dx))
@@ -129,14 +151,18 @@ class NestedMesh:
         options: Options = {"ksp_type": "cg", "pc_type": "jacobi", "ksp_rtol": 1e-12}
         self._projection = make_ksp(matrix, "transfer", options, None)
         self._load, self._projected = fem.Function(coarse), fem.Function(coarse)
-        self._displacement: Any = None
+        self._displacements: dict[int, Any] = {}
 
-    def _interpolation(self, space: fem.FunctionSpace) -> Any:
-        """The matrix of a Lagrange space's values at the potential's nodes."""
+    def _interpolation(self, space: fem.FunctionSpace, fine: fem.FunctionSpace) -> Any:
+        """The matrix that takes a Lagrange function on the mechanics' mesh to one on the potential's."""
         from scipy.sparse import csr_array
 
-        cells, corners = self._first
-        parents, places = self._fine.parents[cells], self._fine.places[cells, corners]
+        _, first = np.unique(fine.dofmap.list.reshape(-1), return_index=True)
+        nodes = np.asarray(fine.element.basix_element.points)
+        cells, which = np.divmod(first, len(nodes))
+        corners = np.column_stack([1 - nodes.sum(axis=1), nodes])  # barycentric
+        parents = self._fine.parents[cells]
+        places = np.einsum("nk,nkd->nd", corners[which], self._fine.places[cells])
         weights = space.element.basix_element.tabulate(0, places)[0, :, :, 0]
         columns = space.dofmap.list[parents]
         rows = np.arange(len(cells) + 1) * weights.shape[1]
@@ -163,17 +189,26 @@ class NestedMesh:
         flat = self._up @ values.reshape(len(values), -1)
         return np.asarray(flat).reshape(len(flat), *values.shape[1:])
 
-    def displacement(self) -> fem.Function:
+    def displacement(self, values: Array | None = None) -> fem.Function:
         """The displacement itself at the potential's nodes, exact for quadratic displacements too."""
+        return self._interpolated(1, self._mechanics.u.x.array if values is None else values)
+
+    def quadratic_displacement(self) -> fem.Function | None:
+        """The displacement itself, which is quadratic in the cells of the finer mesh too."""
+        mechanics = self._mechanics
+        return None if mechanics.kinematics.degree == 1 else self._interpolated(2, mechanics.u.x.array)
+
+    def _interpolated(self, degree: int, values: Array) -> fem.Function:
+        """The displacement in values of the mechanics' unknown, on the potential's mesh."""
         mechanics, dim = self._mechanics, self._fine.dim
-        if self._displacement is None:
-            made = fem.Function(fem.functionspace(self._fine.mesh, ("Lagrange", 1, (dim,))))
+        if degree not in self._displacements:
+            made = fem.Function(fem.functionspace(self._fine.mesh, ("Lagrange", degree, (dim,))))
             part, dofs = mechanics.u.function_space, None
             if mechanics.kinematics.has_pressure:
                 part, dofs = part.sub(0).collapse()
-            self._displacement = made, self._interpolation(part), dofs
-        made, matrix, dofs = self._displacement
-        u = mechanics.u.x.array if dofs is None else mechanics.u.x.array[dofs]
+            self._displacements[degree] = made, self._interpolation(part, made.function_space), dofs
+        made, matrix, dofs = self._displacements[degree]
+        u = values if dofs is None else values[dofs]
         made.x.array[:] = (matrix @ u.reshape(-1, dim)).reshape(-1)
         return made
 
@@ -183,12 +218,6 @@ class NestedMesh:
         if self._J is not None:
             # The order of the nodes of a discontinuous space is that of cells and corners.
             self._J.x.array[:] = (self._ratio_at @ self._ratio.values()).reshape(-1)
-
-
-def first_cells(space: fem.FunctionSpace, fine: Body) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """A cell of each local node of a P1 space, and which of its corners it is."""
-    _, first = np.unique(space.dofmap.list.reshape(-1), return_index=True)
-    return np.divmod(first, fine.dim + 1)
 
 
 def _mass(space: fem.FunctionSpace) -> Any:

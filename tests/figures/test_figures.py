@@ -230,7 +230,7 @@ def test_solid_gives_its_probes(tmp_path):
 def test_empty_folder(tmp_path):
     with pytest.raises(InputError, match=r"holds no snapshots.*result folder"):
         draw(tmp_path)
-    with pytest.raises(InputError, match="is no folder"):
+    with pytest.raises(InputError, match="is not a folder"):
         draw(tmp_path / "typo")
     assert list(tmp_path.iterdir()) == []
 

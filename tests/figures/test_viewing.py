@@ -1,6 +1,7 @@
 """The page that shows a run: what it holds is what was recorded, it loads nothing, and a browser draws it."""
 
 import base64
+import html
 import json
 import re
 import shutil
@@ -66,7 +67,7 @@ def test_of_a_solid_its_boundary_is_seen(tmp_path):
 
 
 def test_what_cannot_be_shown(tmp_path):
-    with pytest.raises(ms.InputError, match="is no folder"):
+    with pytest.raises(ms.InputError, match="is not a folder"):
         view(tmp_path / "none")
     line(tmp_path, 60)
     for path in (tmp_path / "snapshots").glob("frame-*"):
@@ -108,3 +109,68 @@ def test_a_browser_draws_it(tmp_path):
         assert (np.abs(pixels - colour).max(axis=-1) < 25).sum() > 500
     chosen = np.abs(pixels - (0xD5, 0x5E, 0x00)).max(axis=-1) < 10  # the probe, and the time on its curve
     assert chosen.sum() > 150
+
+
+#: Uses the page as a reader does, and says what happened: the slider, another field, clicks everywhere until
+#: a probe answers.
+DRIVER = """
+<script>window.said = [];
+addEventListener("error", (e) => said.push(String(e.message)));
+console.error = (...words) => said.push(words.join(" "));
+Element.prototype.setPointerCapture = () => {};  // of pointers that no hand moves
+</script>"""
+CLICKS = """
+<script>
+const by = (id) => document.getElementById(id), tell = {};
+const event = (node, kind, more) => node.dispatchEvent(new (more ? PointerEvent : Event)(kind, more));
+tell.end = by("clock").textContent;
+by("time").value = 0; event(by("time"), "input"); tell.begin = by("clock").textContent;
+const other = [...by("field").options].findIndex((each) => each.value === "displacement");
+by("field").selectedIndex = other; event(by("field"), "change"); tell.label = by("label").textContent;
+by("deformed").click(); by("rest").click(); by("home").click();
+const marks = by("marks"), box = marks.getBoundingClientRect();
+search: for (let y = 4; y < box.height; y += 8) for (let x = 4; x < box.width; x += 8) {
+  const at = { clientX: box.left + x, clientY: box.top + y, pointerId: 1 };
+  event(marks, "pointerdown", at); event(marks, "pointerup", at);
+  if (!by("curve").hidden) break search;
+}
+tell.probe = by("probe").textContent; tell.hidden = by("curve").hidden; tell.said = said;
+document.title = JSON.stringify(tell);
+</script>"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="there is no chromium here")
+@pytest.mark.parametrize(
+    "dim", [pytest.param(1, marks=pytest.mark.slow), 2, pytest.param(3, marks=pytest.mark.slow)]
+)
+def test_a_browser_is_used(tmp_path, dim):
+    """Open, move the slider, change the field, click a probe: each answers, and nothing is complained of."""
+    points, cells = {
+        1: (np.linspace(0, 4, 5)[:, None], np.column_stack([np.arange(4), np.arange(1, 5)])),
+        2: (np.array([[0.0, 0], [2, 0], [0, 1], [2, 1]]), np.array([[0, 1, 2], [1, 3, 2]])),
+        3: (np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2, 3]])),
+    }[dim]
+    times = np.array([0.0, 0.5, 2.0])
+    v = times[:, None] * points[:, 0] / 8
+    write_snapshots(tmp_path, points, cells, times, potential=v, displacement=v[..., None] * np.eye(dim)[0])
+    finish(tmp_path, {"mark": points[1].tolist() + [0.0] * (3 - dim)})
+    page = view(tmp_path)
+    text = page.read_text(encoding="utf-8")
+    page.write_text(text.replace("<body>", f"<body>{DRIVER}").replace("</body>", f"{CLICKS}</body>"))
+    command = [
+        BROWSER,
+        "--headless",
+        "--no-sandbox",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+    ]
+    command += ["--ignore-gpu-blocklist", f"--user-data-dir={tmp_path / 'browser'}", "--window-size=500,500"]
+    done = subprocess.run(
+        [*command, "--dump-dom", page.as_uri()], capture_output=True, text=True, check=False, timeout=120
+    )
+    told = json.loads(html.unescape(re.search(r"<title>(\{.*?\})</title>", done.stdout)[1]))
+    assert told["said"] == []
+    assert (told["begin"], told["end"]) == ("t = 0", "t = 2")
+    assert told["label"].startswith("displacement")
+    assert not told["hidden"]
+    assert "mark" in told["probe"]

@@ -157,7 +157,7 @@ def test_other_formats(tmp_path):
     np.save(tmp_path / "f.npy", np.eye(2))
     assert ".npz" in refusal(tmp_path / "f.npy", meshed)
     shutil.copy(tmp_path / "f.npy", tmp_path / "f.npz")
-    assert "no archive" in refusal(tmp_path / "f.npz", meshed)
+    assert "not an archive" in refusal(tmp_path / "f.npz", meshed)
 
 
 @pytest.mark.parametrize("kind", ["ElementData", "NodeData"])

@@ -72,7 +72,7 @@ def test_inner_surface_is_refused(halves, key):
     """Meshed.facets, Raises: some of a part's facets lie inside the body; a load there would do nothing."""
     found = case(halves, **KEYS[key])
     with pytest.raises(
-        InputError, match=r"'middle' is no part of the boundary: \d+ of its \d+ facets"
+        InputError, match=r"'middle' is not a part of the boundary: \d+ of its \d+ facets"
     ) as caught:
         found.build(ALONE)
     assert str(caught.value).startswith(f"{key}: ")
@@ -82,7 +82,7 @@ def test_inner_cavity_is_refused(halves):
     """Cavity, Raises: its surface is inside the body."""
     body = ms.build(ms.geometry.MeshFile(path=halves), ms.UniformFibres(direction=(1.0, 0.0, 0.0)), ALONE)
     still = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1, (3,))))
-    with pytest.raises(InputError, match=r"^geometry: 'middle' is no part of the boundary"):
+    with pytest.raises(InputError, match=r"^geometry: 'middle' is not a part of the boundary"):
         Cavity(body, "middle", still, 1)
 
 

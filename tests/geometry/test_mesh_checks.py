@@ -38,7 +38,7 @@ SHEETS = {
         msh([*SQUARE, "0.5 1e-15 0"], [*TRIANGLES, "2 2 7 1 1 5 2"]),
         ("no size", "near [0.5, 3.333333e-16]"),
     ),
-    "a side of nothing": (msh(elements=[*TRIANGLES, "1 2 8 1 2 4"]), ("no side of a cell", "nodes 2, 4")),
+    "a side of nothing": (msh(elements=[*TRIANGLES, "1 2 8 1 2 4"]), ("not sides of a cell", "nodes 2, 4")),
 }  # fmt: skip
 
 LINES = {

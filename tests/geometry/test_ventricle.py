@@ -243,7 +243,7 @@ SOLIDS = {
     "not finite": (msh([*CORNERS[:4], "1 nan 1"], TETRAHEDRA), ("not finite", "node 5")),
     "a cell twice": (msh(CORNERS, [*TETRAHEDRA, TETRAHEDRA[0]]), ("twice", "near [0.25, 0.25, 0.25]")),
     "no size": (msh([*CORNERS[:4], "0.4 0.3 0.3"], TETRAHEDRA), ("no size", "near [0.35, 0.325, 0.325]")),
-    "a side of nothing": (msh(CORNERS, [*TETRAHEDRA, "2 2 8 1 1 2 5"]), ("no side", "nodes 1, 2, 5")),
+    "a side of nothing": (msh(CORNERS, [*TETRAHEDRA, "2 2 8 1 1 2 5"]), ("not sides", "nodes 1, 2, 5")),
     "hexahedra": (
         msh(
             ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1"],
@@ -354,11 +354,11 @@ def test_damaged_xdmf(xdmf, tmp_path):
             ms.build(XdmfFile(path=path), ms.UniformFibres(direction=(1.0, 0.0, 0.0)), ALONE)
         return str(caught.value)
 
-    assert "no XDMF file" in says("<Xdmf")
+    assert "not an XDMF file" in says("<Xdmf")
     assert "begins with <html>" in says("<html></html>")
     assert "there is no file" in says(xdmf.read_text())
     (tmp_path / "slab.h5").write_bytes(b"nothing")
-    assert "no HDF5 file" in says()
+    assert "not an HDF5 file" in says()
     with XDMFFile(ALONE, str(tmp_path / "body.xdmf"), "w") as file:
         file.write_mesh(dmesh.create_unit_cube(ALONE, 1, 1, 1, dmesh.CellType.hexahedron))
     assert "hexahedron" in says()

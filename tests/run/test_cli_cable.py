@@ -38,10 +38,10 @@ def test_a_result_folder(tmp_path):
 @pytest.mark.parametrize(
     "arguments, status, message",
     [
-        (["BuenoOrovio"], 2, "MODEL: 'BuenoOrovio' is no membrane; did you mean 'BuenoOrovio2008'?"),
+        (["BuenoOrovio"], 2, "MODEL: 'BuenoOrovio' is not a membrane; did you mean 'BuenoOrovio2008'?"),
         ([MODEL, "--set", "tau_inn=3"], 2, "cell.tau_inn: no such key; did you mean 'tau_in'?"),
         ([MODEL, "--diffusivity", "-1"], 2, "diffusivity: -1: give a positive number"),
-        ([MODEL, "--mass", "consistent"], 2, "mass: 'consistent' is no mass matrix"),
+        ([MODEL, "--mass", "consistent"], 2, "mass: 'consistent' is not a mass matrix"),
         ([MODEL, "--set", "stimulus.strength=0.05"], 3, "no wave: the stimulus of 0.05 for 1 on"),
         ([MODEL, "--diffusivity", "1e-4", "--spacing", "0.5"], 3, "no wave: it stops at X ="),
     ],

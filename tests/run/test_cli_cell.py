@@ -53,7 +53,7 @@ def test_a_result_folder(tmp_path):
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (["BuenoOrovio"], "MODEL: 'BuenoOrovio' is no membrane; did you mean 'BuenoOrovio2008'?"),
+        (["BuenoOrovio"], "MODEL: 'BuenoOrovio' is not a membrane; did you mean 'BuenoOrovio2008'?"),
         (["LuoRudy1991", "--set", "g_na=3"], "cell.g_na: no such key; did you mean 'g_Na'?"),
         (["LuoRudy1991", "--set", "stimulus.strenght=3"], "give stimulus.strength and stimulus.duration"),
         (["LuoRudy1991", "--beats", "0"], "beats: 0: give a number of beats"),

@@ -101,7 +101,7 @@ def test_a_lock_that_is_none_is_left_alone(tmp_path, kind):
         lock.mkdir()
     else:
         lock.symlink_to("/dev/null")
-    with pytest.raises(InputError, match=r"\.lock is no lock"):
+    with pytest.raises(InputError, match=r"\.lock is not a lock"):
         prepare(tmp_path, force=True, comm=ALONE)
     assert lock.exists()
 

@@ -86,14 +86,14 @@ ODE = "parameters(a=2.0)\nstates(v=0.0, w=0.5)\ndv_dt = -aa*v - w\ndw_dt = a*v\n
 WRONG = {
     "parameter": ({"cell.g_Nax": 3.0}, "cell.g_Nax: no such key; did you mean 'g_Na'"),
     "set": ({"cell.set": "MID"}, "cell.set: this should be 'EPI', 'ENDO' or 'M'"),
-    "slope": ({"cell.slope": 1.2}, "cell.slope: 1.2 is no slope"),
+    "slope": ({"cell.slope": 1.2}, "cell.slope: 1.2 is not a slope"),
     "varied parameter": (
         {"cell.variation": [{"box": [[2.2], [9.0]], "g_Nax": 3.0}]},
         "cell.variation.1.g_Nax: TenTusscherPanfilov2006 has no such parameter; did you mean 'g_Na'",
     ),
     "varied set": (
         {"cell.variation": [{"box": [[2.2], [9.0]], "set": "MID"}]},
-        "cell.variation.1.set: 'MID' is no set of TenTusscherPanfilov2006; did you mean 'M'?",
+        "cell.variation.1.set: 'MID' is not a set of TenTusscherPanfilov2006; did you mean 'M'?",
     ),
     "undefined name": ({"cell": {"model": "file", "path": "bad.ode"}}, "bad.ode: aa, of which dv_dt is made"),
     "CellML": ({"cell": {"model": "file", "path": "bad.cellml"}}, "bad.cellml: Myokit cannot read it"),

@@ -185,7 +185,7 @@ def test_what_is_no_cavity(parts, key):
 
 def test_what_does_not_go_together():
     """Volumes that are none, and pressures that are given twice."""
-    with pytest.raises(ms.InputError, match="-3 is no volume"):
+    with pytest.raises(ms.InputError, match="-3 is not a volume"):
         PrescribedVolume(volume=((0.0, 1.0), (1.0, -3.0)))
     with pytest.raises(ms.InputError, match=r"mechanics\.pressure\.endocardium: the circulation finds"):
         half_sphere(Isovolumetric(), loads=ms.Loads(pressure={"endocardium": 1.0}))

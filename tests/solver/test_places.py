@@ -216,7 +216,7 @@ def test_wrong_initial_values():
     place = ms.Place(boundary=("left",))
     with pytest.raises(ValueError, match="give potential, or states"):
         ms.InitialValues(where=place)
-    with pytest.raises(ms.InputError, match=r"initial\.states: 'recvery' is no state.*'recovery'"):
+    with pytest.raises(ms.InputError, match=r"initial\.states: 'recvery' is not a state.*'recovery'"):
         begun(ms.InitialValues(where=place, states={"recvery": 0.1}))
     with pytest.raises(ms.InputError, match="this membrane has no states"):
         begun(

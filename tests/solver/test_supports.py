@@ -228,7 +228,7 @@ def test_a_singular_active_deformation_says_so():
     x = mechanics.activation.function_space.tabulate_dof_coordinates()
     mechanics.activation.x.array[:] = np.where(x[:, 0] > 1.5, -0.3, -0.1)
     with pytest.raises(
-        ComputationError, match=r"near \[1\.\d.*det Fo is no number for an activation of -0\.[23]"
+        ComputationError, match=r"near \[1\.\d.*det Fo is not a number for an activation of -0\.[23]"
     ) as caught:
         mechanics.start()
     assert caught.value.where[0] > 1

@@ -325,9 +325,9 @@ def test_a_membrane_of_a_script(cell):
 
 WRONG = {
     "unknown": (BO(), {"parameters": {"tau_q": 1.0}}, r"cell.variation.1.tau_q: .*did you mean 'tau_"),
-    "a set": (BO(), {"set": "MID"}, r"cell.variation.1.set: 'MID' is no set of BuenoOrovio2008; .*EPI"),
+    "a set": (BO(), {"set": "MID"}, r"cell.variation.1.set: 'MID' is not a set of BuenoOrovio2008; .*EPI"),
     "no sets": (LR(), {"set": "EPI"}, r"cell.variation.1.set: LuoRudy1991 has no sets"),
-    "a slope": (TTP(), {"parameters": {"slope": 1.2}}, r"1.slope: 1.2 is no slope .* 0.7, 1.1, 1.4, 1.8"),
+    "a slope": (TTP(), {"parameters": {"slope": 1.2}}, r"1.slope: 1.2 is not a slope .* 0.7, 1.1, 1.4, 1.8"),
     "the set": (BO(), {"parameters": {"set": "M"}}, r"1.set: give set by itself"),
     "a word": (BO(), {"parameters": {"time_unit": "s"}}, r"1.time_unit: this is 'ms', no number"),
     "states": (

@@ -173,7 +173,7 @@ def test_a_wave_that_is_not_steady_is_told(caplog, monkeypatch):
         ({"length": 1.0}, "^length: 1: give at least .*, twenty nodes"),
         ({"spacing": 1e-6}, "^spacing: 1e-06: that makes"),
         ({"step": 100.0}, "^step: 100: the upstroke takes"),
-        ({"mass": "consistent"}, "^mass: 'consistent' is no mass matrix; allowed: lumped, averaged"),
+        ({"mass": "consistent"}, "^mass: 'consistent' is not a mass matrix; allowed: lumped, averaged"),
     ],
 )
 def test_numbers_that_cannot_be(given, message):

@@ -57,7 +57,7 @@ WRONG = [
         ("material.model", ("NeoHookean",), "Spring"),
         ("mechanics.kinematics", ("plane-strss",), "'plane-stress'"),
         ("circulation", ({},), "circulation.kind: missing"),
-        ("circulation", ({"kind": "volume", "volume": -1.0},), "circulation.volume: -1 is no volume"),
+        ("circulation", ({"kind": "volume", "volume": -1.0},), "circulation.volume: -1 is not a volume"),
         ("circulation", ({"kind": "volume", "volume": 1.0, "preload": 1.0},), "circulation.preload"),
         ("circulation", ({"kind": "isovolumetric", "beats": 0},), "greater than or equal to 1"),
         ("mechanics.kinematics", (REMOVED,), "line, plane-stress, plane-strain"),

@@ -225,7 +225,7 @@ UNREADABLE = {
     "defined twice": (SMALL + "dw_dt = 1.0\n", "cell.ode", "dw_dt is defined twice"),
     "a circle": (SMALL + "x = y\ny = x\n", "cell.ode", "in a circle: x → y → x"),
     "no states": ("parameters(a=1)\n", "cell.ode", "no states"),
-    "no number": (SMALL.replace("a=2.0", "a=2.0*q"), "cell.ode", "the value of a is no number: it needs q"),
+    "no number": (SMALL.replace("a=2.0", "a=2.0*q"), "cell.ode", "value of a is not a number: it needs q"),
     "too many arguments": (SMALL.replace("-a*v", "exp(v, w)"), "cell.ode", "exp takes 1 arguments, not 2"),
     "a long sum": (SMALL + "x = " + "+".join(["v"] * 400) + "\n", "cell.ode", "too deep"),
     "deep brackets": (SMALL + "x = " + "(1/" * 3000 + "v" + ")" * 3000 + "\n", "cell.ode", "too deep"),
@@ -238,7 +238,7 @@ UNREADABLE = {
     "no initial value": (
         CELLML.replace(' initial_value="0.01"', "", 1), "cell.cellml", "has no initial value",
     ),
-    "no CellML": ("<svg xmlns='http://www.w3.org/2000/svg'/>", "cell.cellml", "it is no CellML"),
+    "no CellML": ("<svg xmlns='http://www.w3.org/2000/svg'/>", "cell.cellml", "it is not CellML"),
     "CellML with an unknown name": (CELLML.replace("<ci>cubic</ci><ci>w</ci>", "<ci>cubic</ci><ci>q</ci>"),
                                     "cell.cellml", "Myokit cannot read it"),
 }  # fmt: skip
@@ -274,9 +274,9 @@ def test_unknown_names(made):
         ({"parameters": {"V": 1.0}}, "this is a state: .*initial_states"),
         ({"parameters": {"i_Na": 1.0}}, "computed from others"),
         ({"initial_states": {"mm": 1.0}}, "cell.initial_states.mm: .*did you mean"),
-        ({"potential": "u"}, "cell.potential: 'u' is no state"),
+        ({"potential": "u"}, "cell.potential: 'u' is not a state"),
         ({"calcium": "V"}, "cell.calcium: 'V' is the potential"),
-        ({"calcium": "Cai"}, "cell.calcium: 'Cai' is no state of the file; did you mean 'Ca_i'"),
+        ({"calcium": "Cai"}, "cell.calcium: 'Cai' is not a state of the file; did you mean 'Ca_i'"),
         ({"stimulus": ("i_N",)}, "cell.stimulus: .*did you mean 'i_Na'"),
         ({"parameters": {"g_Na": float("nan")}}, "finite"),
     ):

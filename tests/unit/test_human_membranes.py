@@ -117,7 +117,7 @@ def test_values_of_the_set_and_of_the_user():
 
 
 NOT_TAKEN = [
-    ({"slope": 1.2}, r"1\.2 is no slope of TenTusscherPanfilov2006; known: 0\.7, 1\.1, 1\.4, 1\.8"),
+    ({"slope": 1.2}, r"1\.2 is not a slope of TenTusscherPanfilov2006; known: 0\.7, 1\.1, 1\.4, 1\.8"),
     ({"set": "MID"}, "set: this should be 'EPI', 'ENDO' or 'M', not 'MID'"),
     ({"g_Ks": None}, "g_Ks: give a number, not None"),
     (

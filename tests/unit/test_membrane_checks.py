@@ -40,8 +40,8 @@ def without_states(**attributes):
 
 
 WRONG = {
-    "a class": (Good, r"the class Good is no object: give Good\(\)"),
-    "no current": (changed(current=None), "Mine is no membrane model: it has no method current"),
+    "a class": (Good, r"the class Good is not an object: give Good\(\)"),
+    "no current": (changed(current=None), "Mine is not a membrane model: it has no method current"),
     "no resting potential": (changed(resting_potential=None), "no method resting_potential"),
     "no resting states": (changed(resting_states=None), "has states, but no method resting_states$"),
     "initial_states": (

@@ -227,7 +227,7 @@ def test_a_case_names_models_sets_and_parameters(tmp_path):
     second = Case.from_file(tmp_path / "resolved.toml", ["cell.set=M", "cell.tau_si=3.0"])
     assert second.cell == made("BuenoOrovio2008", "M", tau_w1m=70.0, tau_si=3.0)
     assert Case.from_file(tmp_path / "resolved.toml", ["time.end=0.02"]).cell == first.cell
-    with pytest.raises(InputError, match=r"^cell\.set: 'X' is no set"):
+    with pytest.raises(InputError, match=r"^cell\.set: 'X' is not a set"):
         Case.from_file(tmp_path / "resolved.toml", ["cell.set=X"])
     with pytest.raises(
         InputError, match=r'^cell\.set: this is "ENDO", but the numbers .* all those of "EPI"'
@@ -249,9 +249,9 @@ def test_another_set_of_a_resolved_human_membrane(tmp_path):
     [
         (
             {"model": "BuenoOrovio2008", "set": "EDNO"},
-            r"^cell\.set: 'EDNO' is no set of .*; did you mean 'ENDO'\? \(known: ENDO, EPI, M, PB, TNNP\)$",
+            r"^cell\.set: 'EDNO' is not a set .*; did you mean 'ENDO'\? \(known: ENDO, EPI, M, PB, TNNP\)$",
         ),
-        ({"model": "FentonKarma1998", "set": "Set 2"}, r"^cell\.set: 'Set 2' is no set .*known: MLR-I"),
+        ({"model": "FentonKarma1998", "set": "Set 2"}, r"^cell\.set: 'Set 2' is not a set .*known: MLR-I"),
         ({"model": "FentonKarma1998", "set": 3}, r"^cell\.set: give a text, not 3$"),
         ({"model": "BuenoOrovio2008", "tau_w1": 60.0}, r"^cell\.tau_w1: no such key; .* 'tau_w1m'"),
         ({"model": "LuoRudy1991", "set": "EPI"}, r"^cell\.set: no such key"),

@@ -96,7 +96,7 @@ def check_law(law: Any, known: Mapping[str, Any], wanted: str) -> None:
     """
     name = type(law).__name__ if not isinstance(law, type) else f"the class {law.__name__}"
     if isinstance(law, type):
-        raise InputError(f"{name} is no object: give {law.__name__}()", KEY)
+        raise InputError(f"{name} is not an object: give {law.__name__}()", KEY)
     if not callable(getattr(law, "activation", None)):
         hint = (
             "; `gamma(v)` of earlier versions is now `activation(states, drivers)`, on arrays: return the "
@@ -105,7 +105,7 @@ def check_law(law: Any, known: Mapping[str, Any], wanted: str) -> None:
             else ""
         )
         raise InputError(
-            f"{name} is no activation law: it has no method activation(states, drivers){hint}", KEY
+            f"{name} is not an activation law: it has no method activation(states, drivers){hint}", KEY
         )
     drivers: Any = getattr(law, "drivers", None)
     states: Any = getattr(law, "states", ())

@@ -116,14 +116,14 @@ class Case:
         geometry.readable(path, "FILE")
         try:
             if path.stat().st_size > MAX_FILE:
-                raise InputError(f"{path} is larger than {MAX_FILE} bytes: it is no case file")
+                raise InputError(f"{path} is larger than {MAX_FILE} bytes: it is not a case file")
             data = tomllib.loads(path.read_text(encoding="utf-8"))
         except InputError:
             raise
         except ValueError as error:  # of TOML, of UTF-8, and of integers that are too long
-            raise InputError(f"{path} is no valid TOML file: {error}") from error
+            raise InputError(f"{path} is not a valid TOML file: {error}") from error
         except RecursionError:
-            raise InputError(f"{path} is no case: its lists or tables are too deep") from None
+            raise InputError(f"{path} is not a case: its lists or tables are too deep") from None
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}") from error
         if not data:
@@ -364,4 +364,4 @@ def _whole(folder: Path, path: str, key: str) -> str:
             key,
         ) from None
     except (ValueError, OSError, RuntimeError) as error:  # a null byte, a loop of links
-        raise InputError(f"{shown(path)} is no path: {error}", key) from error
+        raise InputError(f"{shown(path)} is not a path: {error}", key) from error

@@ -145,7 +145,7 @@ def _value(key: str, text: str) -> Any:
         word = text.strip()
         if not word or not all(letter.isalnum() or letter in "-_./~+" for letter in word):
             raise InputError(
-                f"'{text}' is no value in TOML syntax (a text with spaces needs quotes of its own: "
+                f"'{text}' is not a value in TOML syntax (a text with spaces needs quotes of its own: "
                 f"--set '{key.strip()}=\"a text\"')",
                 f"--set {key}",
             ) from None

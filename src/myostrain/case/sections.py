@@ -17,7 +17,7 @@ from myostrain.errors import InputError
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import PressureCourse, VectorCourse
 from myostrain.membranes.reaction import default_integrator
-from myostrain.output.fields import FieldName
+from myostrain.output.nodal_values import FieldName
 from myostrain.output.tips import Tip
 from myostrain.run.simulation import CHECKPOINT_SECONDS
 from myostrain.schemes import Implicit, SecondOrder, Staggered
@@ -221,8 +221,9 @@ class OutputSection:
 
     Args:
         every: Simulated time between written fields; a sixtieth of the run unless given.
-        fields: Which fields to write; "activation" is γ or the tension, "stretch" that of the fibre, "stress"
-            the Cauchy stress, `stress_xx`, `stress_xy`, ..., all at the nodes.
+        fields: Which fields to write, at the nodes; "activation" is γ or the tension, "stretch" that of the
+            fibre, "stress" the Cauchy stress, `stress_xx`, `stress_xy`, ...; "F" and "E" likewise. Of a
+            quadratic displacement the middles of the edges are kept too.
         repolarization: Percentages of repolarisation at which the end of each beat is taken at every node and
             probe: a number such as 90, for APD90, or several.
         tip: Definition of the tip of a spiral wave on a sheet; its trajectory is written into `tip.csv`.

@@ -11,6 +11,7 @@ from typing import Any
 
 from myostrain import kinematics
 from myostrain.errors import InputError
+from myostrain.output.nodal_values import WIDTHS
 from myostrain.run.free_space import free_disk, free_memory
 
 GB = 1e9
@@ -83,10 +84,12 @@ def estimate(case: Any) -> Size:
     steps = max(1.0, case.time.end / case.time.step)
     every = case.output.every or case.time.end / 60
     frames = 2 + min(steps, case.time.end / every)
-    width = {"potential": 1, "states": states, "activation": 1, "displacement": 3}
-    width |= {"stretch": 1, "stress": 6, "stress_trace": 1}
+    width = WIDTHS | {"states": states}
     # Numbers a node in double precision, for ParaView and for the figures.
     frame = 16 * fine * sum(width[name] for name in set(case.output.fields))
+    if "displacement" in case.output.fields and not case.is_rigid and kin.degree == 2:
+        # The middles of the edges, for the figures only; of about a cube there are 7 a node.
+        frame += 8 * fine * dim * (2**dim - 1)
     runs = 2 if case.output.rigid_twin else 1
     needed = _both_bytes(case, nodes, fine)
     return Size(cells, fine, unknowns, needed, steps, frames, runs * frames * frame)

@@ -49,7 +49,7 @@ class PrescribedVolume:
         course = self.volume
         for value in [value for _, value in course] if isinstance(course, Sequence) else [course]:
             if not value > 0:
-                raise InputError(f"{value:g} is no volume: give positive ones", "circulation.volume")
+                raise InputError(f"{value:g} is not a volume: give positive ones", "circulation.volume")
 
     def tied(self, time: float, volumes: Array, pressures: Array) -> tuple[Array, Array, Array]:
         """What is zero where the volume is the given one, and its derivatives."""

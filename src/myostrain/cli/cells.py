@@ -37,7 +37,7 @@ def membrane_of(model: str, values: dict[str, Any]) -> Any:
     elif model in CELLS and model != "file":
         cls = CELLS[model]
     else:
-        raise InputError(f"'{model}' is no membrane; {nearest(model, set(CELLS) - {'file'})}", "MODEL")
+        raise InputError(f"'{model}' is not a membrane; {nearest(model, set(CELLS) - {'file'})}", "MODEL")
     return make(cls, getattr(cls, "gathered", dict)(values), "cell", also=("stimulus",))
 
 

@@ -35,14 +35,52 @@ def plot(
     from myostrain.output.folder import check_path
 
     check_path(folder, "DIR")
-    try:
-        moments = [float(time) for time in _parts(times)]
-    except ValueError:
-        raise InputError(f"'{times}': give numbers with commas between, such as 0.5,1.5", "--times") from None
-    wanted = Choice(_parts(formats), dpi, moments, _parts(fields))
+    wanted = Choice(_parts(formats), dpi, _moments(times), _parts(fields))
     with _warnings_shown(True):
         for path in draw(folder, wanted):
             typer.echo(str(path))
+
+
+@app.command()
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A result folder.")],
+    kind: Annotated[
+        str, typer.Option("--format", metavar="vtkhdf|vtu|xdmf", help="One file, one per frame, or HDF5.")
+    ] = "vtkhdf",
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Where to write; DIR/export by default.")
+    ] = None,
+    times: Annotated[
+        str, typer.Option("--times", metavar="T,T", help="Simulated times; every frame by default.")
+    ] = "",
+    fields: Annotated[
+        str, typer.Option("--fields", metavar="F,F", help="Which fields; all by default.")
+    ] = "",
+    deformed: Annotated[bool, typer.Option("--deformed", help="The mesh is the deformed one.")] = False,
+    linear: Annotated[
+        bool, typer.Option("--linear", help="Straight cells, also where the displacement is quadratic.")
+    ] = False,
+) -> None:
+    """Write the fields of a run for ParaView, PyVista or meshio."""
+    from myostrain.output.exporting import export as write
+
+    wanted: Any = kind
+    path = write(
+        *(folder, wanted, out),
+        fields=_parts(fields),
+        times=_moments(times),
+        deformed=deformed,
+        linear=linear,
+    )
+    typer.echo(str(path))
+
+
+def _moments(times: str) -> list[float]:
+    """Simulated times that commas separate."""
+    try:
+        return [float(time) for time in _parts(times)]
+    except ValueError:
+        raise InputError(f"'{times}': give numbers with commas between, such as 0.5,1.5", "--times") from None
 
 
 def _parts(text: str) -> list[str]:

@@ -125,7 +125,7 @@ def cable(
         if value is not None and not (math.isfinite(value) and value > 0):
             raise InputError(f"{value:g}: give a positive number", key)
     if mass not in get_args(Mass):
-        raise InputError(f"'{mass}' is no mass matrix; allowed: {', '.join(get_args(Mass))}", "mass")
+        raise InputError(f"'{mass}' is not a mass matrix; allowed: {', '.join(get_args(Mass))}", "mass")
     begin = _planned(membrane, diffusivity, spacing, step, length, stimulus, mass)
 
     def go(planned: Cable) -> Wave:

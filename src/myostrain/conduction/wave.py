@@ -143,7 +143,7 @@ def travel(membrane: Any, cable: Cable, progress: Callable[[int, float], Progres
         model.step(end)
         v = potential.v.x.array[order]
         if not np.isfinite(v).all():
-            raise ComputationError("the potential is no number", time=end, advice="a smaller --step.")
+            raise ComputationError("the potential is not a number", time=end, advice="a smaller --step.")
         highest = max(highest, float(v.max()))
         new = (old < level) & (v >= level) & np.isnan(activation)
         if new.any():

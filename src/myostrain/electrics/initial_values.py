@@ -42,6 +42,6 @@ class InitialValues:
         for name, value in (self.states or {}).items():
             if name not in names:
                 hint = nearest(name, names) if names else "this membrane has no states"
-                raise InputError(f"'{name}' is no state of the membrane; {hint}", "initial.states")
+                raise InputError(f"'{name}' is not a state of the membrane; {hint}", "initial.states")
             row = states[list(names).index(name)]
             row[:] = (1 - share) * row + share * value

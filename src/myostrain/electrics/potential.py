@@ -124,7 +124,9 @@ class Potential:
             (reaction, "reaction", "reaction", get_args(Current)),
         ):
             if value not in allowed:
-                raise InputError(f"'{value}' is no {what}; allowed: {', '.join(allowed)}", f"potential.{key}")
+                raise InputError(
+                    f"'{value}' is not a {what}; allowed: {', '.join(allowed)}", f"potential.{key}"
+                )
         along, across = np.broadcast_to(np.asarray(diffusivity, dtype=float), (2,))
         if not (along > 0 and across > 0):
             raise InputError(

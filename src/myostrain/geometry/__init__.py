@@ -13,8 +13,10 @@ from myostrain.geometry.fibre_file import FileFibres
 from myostrain.geometry.fibres import Fibres, Microstructure, UniformFibres
 from myostrain.geometry.file import MeshFile
 from myostrain.geometry.foreign import readable
+from myostrain.geometry.function_fibres import FunctionFibres
 from myostrain.geometry.laplace_fibres import RuleBasedFibres
 from myostrain.geometry.line import Line
+from myostrain.geometry.memory_model import GmshModel
 from myostrain.geometry.meshed import Meshed
 from myostrain.geometry.quality import Quality, quality
 from myostrain.geometry.rectangle import Rectangle
@@ -31,6 +33,8 @@ __all__ = [
     "EllipsoidalFibres",
     "Fibres",
     "FileFibres",
+    "FunctionFibres",
+    "GmshModel",
     "Line",
     "MeshFile",
     "Meshed",

@@ -157,7 +157,7 @@ def _read(model: Any, dim: int, path: Path) -> _Mesh:
     if outside > 0:
         raise InputError(
             f"{path} has {outside} cells of dimension {dim} in no physical group; put the whole body into "
-            "groups, and remove what is no part of it",
+            "groups, and remove what is not part of it",
             key,
         )
     return _Mesh(path, dim, tags, points, cells)
@@ -257,7 +257,7 @@ def _check_sides(mesh: _Mesh, facets: Indices, tags: Indices) -> None:
     if strange.any():
         nodes = ", ".join(map(str, facets[np.argmax(strange)]))
         raise mesh.error(
-            f"has {int(strange.sum())} boundary facets that are no side of a cell, the first with nodes "
+            f"has {int(strange.sum())} boundary facets that are not sides of a cell, the first with nodes "
             f"{nodes}; mesh the boundary and the body together"
         )
     tag_of = np.zeros(len(both), dtype=np.int64)

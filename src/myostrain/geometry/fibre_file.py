@@ -122,7 +122,7 @@ class FileFibres:
 
     def _from_npz(self) -> tuple[Array, dict[str, Array]]:
         if not zipfile.is_zipfile(self.path):
-            raise self._error(f"cannot be read as .npz: it is no archive of numpy.savez; {FORMATS}")
+            raise self._error(f"cannot be read as .npz: it is not an archive of numpy.savez; {FORMATS}")
         arrays = {}
         try:
             with np.load(self.path, allow_pickle=False) as data:
@@ -141,7 +141,7 @@ class FileFibres:
             arrays[name] = values.astype(float)
         points = arrays.pop("points")
         if points.ndim != 2:
-            raise self._error("has points that are no table, one point a row")
+            raise self._error("has points that are not a table, one point a row")
         return points, arrays
 
     def _from_msh(self, gmsh: Any) -> tuple[Array, dict[str, Array]]:

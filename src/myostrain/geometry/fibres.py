@@ -62,7 +62,7 @@ def unit(direction: Iterable[float], dim: int, key: str | None = None) -> npt.ND
         raise InputError(f"{d.tolist()} has {d.size} components, the body has dimension {dim}", key)
     norm = np.linalg.norm(d)
     if not np.isfinite(norm) or norm == 0:
-        raise InputError(f"{d.tolist()} is no direction: give a finite, non-zero vector", key)
+        raise InputError(f"{d.tolist()} is not a direction: give a finite, non-zero vector", key)
     return d / norm
 
 

@@ -57,7 +57,7 @@ class MeshFile:
                     f"{self.path} has no cells: was it saved before it was meshed?", "geometry.path"
                 )
             declared = declared_groups(self.path)
-            _join_namesakes(gmsh.model, dim, declared)
+            join_namesakes(gmsh.model, dim, declared)
             check(gmsh.model, dim, self.path, declared)
             tags, _, _ = gmsh.model.mesh.getNodes()
             if tags.max() > len(tags):  # DOLFINx wants numbers without gaps
@@ -96,7 +96,7 @@ def declared_groups(path: Path) -> dict[tuple[int, int], str]:
     return {(int(dim), int(tag)): name for dim, tag, name in found}
 
 
-def _join_namesakes(model: Any, dim: int, declared: dict[tuple[int, int], str]) -> None:
+def join_namesakes(model: Any, dim: int, declared: dict[tuple[int, int], str]) -> None:
     """Make one group of the physical groups that have one name and dimension."""
     groups: dict[tuple[int, str], list[int]] = {}
     for d, tag in model.getPhysicalGroups():
@@ -141,7 +141,7 @@ def _check_header(path: Path, key: str) -> None:
         begin = stream.read(80)
     if not begin.startswith(b"$MeshFormat"):
         raise InputError(
-            f"{path} is no gmsh mesh: it does not begin with $MeshFormat; in gmsh, mesh and export as .msh",
+            f"{path} is not a gmsh mesh: it does not begin with $MeshFormat; mesh and export as .msh",
             key,
         )
 

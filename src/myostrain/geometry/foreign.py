@@ -35,7 +35,7 @@ def readable(path: Path, key: str) -> None:
     except OSError as error:
         problem = f"the file {{}} cannot be read: {error.strerror}"
     except ValueError as error:  # a zero byte in the name
-        problem = f"{{!r}} is no name of a file: {error}"
+        problem = f"{{!r}} is not a name of a file: {error}"
     if problem is not None:
         raise InputError(problem.format(str(path)), key)
 

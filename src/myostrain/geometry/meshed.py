@@ -59,7 +59,7 @@ class Meshed:
             inside, number = comm.allreduce(np.array([len(np.setdiff1d(mine, outside)), len(mine)]))
             if inside:
                 raise InputError(
-                    f"'{name}' is no part of the boundary: {inside} of its {number} facets lie inside the "
+                    f"'{name}' is not a part of the boundary: {inside} of its {number} facets lie inside the "
                     "body, between two cells; name a part of the surface, or put its facets alone into a "
                     "group of their own",
                     key,

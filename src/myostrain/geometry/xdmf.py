@@ -174,7 +174,7 @@ class XdmfFile:
         strange = ~np.isin(number[len(cells) :], number[: len(cells)])
         if strange.any():
             raise InputError(
-                f"{self.path} has tags of {int(strange.sum())} {SHAPES[dim]} that are no cells of the mesh",
+                f"{self.path} has tags of {int(strange.sum())} {SHAPES[dim]} that are not cells of the mesh",
                 f"geometry.{key}",
             )
         if len(np.unique(number[len(cells) :])) < len(part.nodes):

@@ -51,9 +51,9 @@ def grids(path: Path) -> dict[str, list[ET.Element]]:
     try:
         root = ET.parse(path).getroot()
     except (ET.ParseError, OSError, ValueError, LookupError) as error:
-        raise InputError(f"{path} is no XDMF file: {error}", KEY) from error
+        raise InputError(f"{path} is not an XDMF file: {error}", KEY) from error
     if root.tag != "Xdmf":
-        raise InputError(f"{path} is no XDMF file: it begins with <{root.tag[:30]}>", KEY)
+        raise InputError(f"{path} is not an XDMF file: it begins with <{root.tag[:30]}>", KEY)
     found: dict[str, list[ET.Element]] = {}
     for grid in root.iterfind("Domain/Grid"):
         found.setdefault(grid.get("Name", ""), []).append(grid)
@@ -178,7 +178,7 @@ def _arrays(
             readable(data, KEY)
             with data.open("rb") as stream:
                 if not stream.read(8).startswith(b"\x89HDF"):
-                    raise InputError(f"{data} is no HDF5 file", KEY)
+                    raise InputError(f"{data} is not an HDF5 file", KEY)
             wanted[key] = (data, place, shape)
         elif kind == "XML":
             try:
@@ -262,5 +262,5 @@ def _whole(path: Path, values: npt.NDArray[Any]) -> Indices:
     """Values as whole numbers."""
     whole = values.dtype.kind in "iu" or (values.dtype.kind == "f" and (np.abs(values) < 2**53).all())
     if not whole or (values.astype(np.int64) != values).any():
-        raise InputError(f"{path} has numbers of nodes or tags that are no whole numbers of 64 bits", KEY)
+        raise InputError(f"{path} has numbers of nodes or tags that are not whole numbers of 64 bits", KEY)
     return values.astype(np.int64)

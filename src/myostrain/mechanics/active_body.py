@@ -171,8 +171,14 @@ class ActiveBody:
             rate: Rate of the viscous strain, None for an elastic body.
         """
         sigma = self.cauchy_without_pressure(u, a, rate)
-        pressure = self.kinematics.pressure(sigma, ufl.split(u)[1] if self.kinematics.has_pressure else None)
-        return sigma - pressure * ufl.Identity(self.kinematics.tensor_dim)
+        return sigma - self._pressure(sigma, u) * ufl.Identity(self.kinematics.tensor_dim)
+
+    def pressure(self, u: fem.Function, a: Any, rate: Any = None) -> Any:
+        """The pressure in :meth:`cauchy` that the constraint adds, zero where there is none."""
+        return self._pressure(self.cauchy_without_pressure(u, a, rate), u)
+
+    def _pressure(self, sigma: Any, u: fem.Function) -> Any:
+        return self.kinematics.pressure(sigma, ufl.split(u)[1] if self.kinematics.has_pressure else None)
 
     def cauchy_without_pressure(self, u: fem.Function, a: Any, rate: Any = None) -> Any:
         """The Cauchy stress that energy and viscosity give, without pressure."""

@@ -395,6 +395,6 @@ class Mechanics:
         """Write the present configuration, accepted or not, into ``handed``."""
         self.handed.take(self.u, self.activation, self._imposed)
 
-    def displacement(self) -> fem.Function:
-        """The displacement at the mesh's nodes, a P1 vector function."""
-        return self.nodal.displacement()
+    def displacement(self, values: npt.NDArray[np.float64] | None = None) -> fem.Function:
+        """The displacement at the mesh's nodes, a P1 vector function; of other values of ``u``, if given."""
+        return self.nodal.displacement(values)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from myostrain.course import value_at
+from myostrain.course import FunctionOfTime, value_at
 from myostrain.engine import fem
 from myostrain.geometry import Body
 from myostrain.mechanics.active_body import ActiveBody
@@ -75,11 +75,17 @@ class ExternalForces:
         if supports.robin_boundary is not None:
             body.boundary_facets(supports.robin_boundary, "mechanics.robin_boundary")
         self.springs: list[tuple[fem.Constant, Sequence[str] | None, Any]] = []
+        #: What changes over time by its key: a constant of a form or condition, and its value at a time.
+        self._courses: dict[str, tuple[fem.Constant, Callable[[float], Any]]] = {}
+        self._timed_springs: list[fem.Constant] = []
         for parts, stiffness, along, key in supports.springs():
             ds = body.boundary_measure(parts, 2 * degree, key)
             if stiffness == 0:
                 continue
-            k = fem.Constant(mesh, float(stiffness))
+            k = fem.Constant(mesh, value_at(stiffness, 0.0))
+            if isinstance(stiffness, FunctionOfTime):
+                self._courses[key.removeprefix("mechanics.")] = k, stiffness.at
+                self._timed_springs.append(k)
             outward = smooth_normal(body, parts) if along else None
             square = ufl.inner(w, w) if outward is None else ufl.dot(w, outward) ** 2
             self.residual += ufl.derivative(k / 2 * square * ds, u)
@@ -93,8 +99,6 @@ class ExternalForces:
             v = ufl.dot(motion.velocity, outward) * outward if along else motion.velocity
             self.residual += c * ufl.inner(v, test) * ds
             self.dampers.append((c, v, [part]))
-        #: What changes over time by its key: a constant of a form or condition, and its value at a time.
-        self._courses: dict[str, tuple[fem.Constant, Callable[[float], Any]]] = {}
         tractions = {}
         for part, vector in loads.traction.items():
             ds = body.boundary_measure([part], 2 * degree, f"mechanics.traction.{part}")
@@ -134,7 +138,7 @@ class ExternalForces:
     @property
     def constants(self) -> list[fem.Constant]:
         """What the tangent depends on."""
-        return list(self.pressures.values())
+        return [*self.pressures.values(), *self._timed_springs]
 
     def at(self, time: float) -> Array:
         """Loads and prescribed displacements at a time, one after the other."""

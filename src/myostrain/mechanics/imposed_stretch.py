@@ -32,7 +32,7 @@ class ImposedStretch:
         """Refuse an ``until`` that is no time."""
         if not self.until > 0:
             raise InputError(
-                f"{self.until} is no time after the start; give a positive number or inf",
+                f"{self.until} is not a time after the start; give a positive number or inf",
                 "mechanics.imposed_stretch.until",
             )
 

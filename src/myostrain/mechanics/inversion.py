@@ -58,7 +58,7 @@ class Orientation:
         values = self._of_active.eval(self._body.mesh, self._cells).reshape(len(self._cells), -1, 2)
         worst, where, gamma = self._worst(values[:, :, 0], values[:, :, 1])
         if not worst > 0:
-            what = f"{worst:.3g}" if np.isfinite(worst) else "no number"
+            what = f"{worst:.3g}" if np.isfinite(worst) else "not a number"
             raise ComputationError(
                 f"the active deformation is singular near {where}: det Fo is {what} for an activation of "
                 f"{gamma:.4g}",

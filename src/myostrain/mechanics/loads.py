@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, Any
 
-from myostrain.course import Course, value_at
+from myostrain.course import Course, FunctionOfTime, value_at
 from myostrain.errors import InputError
 from myostrain.mechanics.bestel_2001_pressure import Bestel2001Pressure
-from myostrain.validation import Finite, check_fields
+from myostrain.mechanics.functions import check_with_functions
+from myostrain.validation import Finite
 
 import numpy as np
 import numpy.typing as npt
@@ -50,9 +51,10 @@ class Loads:
 
     Args:
         pressure: Follower pressure by named part, positive towards the body: P N = −p J F⁻ᵀ N. A number,
-            points (time, value) joined by straight lines, or a :class:`Bestel2001Pressure`.
+            points (time, value) joined by straight lines, a function of the time, or a
+            :class:`Bestel2001Pressure`.
         traction: Dead load by named part, per reference area: P N = t, a vector of the mesh's dimension
-            (1 to 3), or points (time, vector).
+            (1 to 3), points (time, vector), or a function of the time.
         body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
 
     Raises:
@@ -65,7 +67,7 @@ class Loads:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        check_fields(self, "mechanics")
+        check_with_functions(self, {"pressure": None, "traction": None})
 
     def check_dimension(self, dim: int) -> None:
         """Refuse vectors of another dimension than that of a mesh.
@@ -75,11 +77,13 @@ class Loads:
         """
         for part, course in self.traction.items():
             points: Any = course
-            vectors = [vector for _, vector in points] if _timed(course) else [course]
+            if isinstance(points, FunctionOfTime):
+                points = tuple(np.atleast_1d(points.values(0.0)))
+            vectors = [vector for _, vector in points] if _timed(points) else [points]
             if not vectors or any(len(vector) != dim for vector in vectors):
                 raise InputError(
                     f"give {dim} numbers, such as {[0.1] * dim}, or points [time, {[0.1] * dim}], not "
-                    f"{list(course)}",
+                    f"{list(points)}",
                     f"mechanics.traction.{part}",
                 )
         if self.body_force is not None and getattr(self.body_force, "ufl_shape", None) != (dim,):
@@ -102,6 +106,8 @@ def components_of(course: VectorCourse) -> list[Course]:
 
 def vector_at(course: VectorCourse, time: float) -> npt.NDArray[np.float64]:
     """The vector at a time; before the first point and after the last one it is theirs."""
+    if isinstance(course, FunctionOfTime):
+        return np.atleast_1d(course.values(time))
     return np.array([value_at(component, time) for component in components_of(course)])
 
 

@@ -200,6 +200,26 @@ class Inertia(Drift):
         self._first = state["first"]
 
 
+def velocity_of(motion: Drift | None, us: History, u: fem.Function) -> Array:
+    """The velocity of the configuration accepted last, in the numbering of the unknown.
+
+    That of a body with inertia is its own; any other one's is a backward difference of second order over the
+    accepted configurations, of first order after the first step, zero before it.
+
+    Args:
+        motion: The body's motion, see :func:`motion_of`.
+        us: Its accepted configurations.
+        u: The unknown.
+    """
+    if isinstance(motion, Inertia):
+        return motion.moving.x.array
+    velocity = np.zeros_like(u.x.array)
+    weights = backward_difference(us.times[:3]) if len(us.times) > 1 else np.empty(0)
+    for weight, values in zip(weights, us.values, strict=False):
+        velocity += weight * values
+    return velocity
+
+
 def motion_of(
     u: fem.Function,
     displacement: Callable[[fem.Function], Any],

@@ -12,6 +12,8 @@ from myostrain.solvers.linear import assemble_nodal
 import numpy as np
 import numpy.typing as npt
 import ufl
+from ufl.algorithms import expand_derivatives, expand_indices
+from ufl.constantvalue import Zero
 
 Array = npt.NDArray[np.float64]
 
@@ -31,16 +33,19 @@ class NodalFields:
 
     Attributes:
         cauchy: The Cauchy stress, UFL.
+        pressure: The pressure in it that the constraint adds, UFL; zero where there is no constraint.
+        F: The deformation gradient in the dimension that materials see, UFL.
     """
 
     def __init__(
         self, active: ActiveBody, u: fem.Function, a: fem.Function, rate: Any, f0: Any, dx: Any
     ) -> None:
         self._active, self._u, self._a, self._f0, self._dx = active, u, a, f0, dx
-        self.cauchy = active.cauchy(u, a, rate)
+        self.cauchy, self.pressure = active.cauchy(u, a, rate), active.pressure(u, a, rate)
+        self.F = active.lifted(u, a)
         self._test = ufl.TestFunction(a.function_space)
         self._weight = assemble_nodal(compile_form(self._test * dx))
-        self._forms: dict[str, fem.Form] = {}
+        self._forms: dict[str, fem.Form | None] = {}
         self._displacement: fem.Function | None = None
 
     def stress(self) -> Array:
@@ -50,6 +55,10 @@ class NodalFields:
         for i, j in combinations_with_replacement(range(n), 2):
             sigma[:, i, j] = sigma[:, j, i] = self._mean(f"stress {i} {j}", self.cauchy[i, j])
         return sigma
+
+    def scalar(self, name: str, expression: Any) -> Array:
+        """Nodal means (nodes,) of a UFL scalar of the present configuration, known by a name."""
+        return self._mean(name, expression)
 
     def stress_trace(self) -> Array:
         """Trace of the Cauchy stress (nodes,)."""
@@ -67,20 +76,30 @@ class NodalFields:
         along = self._active.gradient(self._u) * self._f0
         return self._mean("fibre stretch", ufl.sqrt(ufl.dot(along, along)))
 
-    def displacement(self) -> fem.Function:
-        """The displacement as a P1 vector function; the unknown itself where that is one."""
-        kinematics = self._active.kinematics
+    def displacement(self, values: Array | None = None) -> fem.Function:
+        """The displacement as a P1 vector function; the unknown itself where that is one.
+
+        Args:
+            values: Of the unknown, in place of the present ones: such as a velocity.
+        """
+        kinematics, unknown = self._active.kinematics, self._u
+        if values is not None:
+            unknown = fem.Function(unknown.function_space)
+            unknown.x.array[:] = values
         if kinematics.degree == 1:
-            return self._u
+            return unknown
         if self._displacement is None:
             mesh = self._u.function_space.mesh
             space = fem.functionspace(mesh, ("Lagrange", 1, (kinematics.dim,)))
             self._displacement = fem.Function(space, name="displacement")
-        self._displacement.interpolate(self._u.sub(0) if kinematics.has_pressure else self._u)
+        self._displacement.interpolate(unknown.sub(0) if kinematics.has_pressure else unknown)
         return self._displacement
 
     def _mean(self, name: str, expression: Any) -> Array:
         """Nodal means of a scalar, owned and ghosts."""
         if name not in self._forms:
-            self._forms[name] = compile_form(expression * self._test * self._dx)
-        return assemble_nodal(self._forms[name]) / self._weight
+            plain = expand_indices(expand_derivatives(expression))
+            zero = isinstance(plain, Zero)  # of which there is no form, as E across a sheet in plane strain
+            self._forms[name] = None if zero else compile_form(expression * self._test * self._dx)
+        form = self._forms[name]
+        return np.zeros(len(self._weight)) if form is None else assemble_nodal(form) / self._weight

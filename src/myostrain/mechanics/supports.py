@@ -6,13 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from myostrain.course import Course
+from myostrain.course import Course, FunctionOfTime
 from myostrain.engine import fem
 from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.geometry.body import range_of
+from myostrain.mechanics.functions import check_with_functions
 from myostrain.mechanics.rigid_motions import surface
-from myostrain.validation import NonNegative, check_fields
+from myostrain.validation import NonNegative
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +29,8 @@ AXES = "xyz"
 @dataclass(frozen=True)
 class Supports:
     """What holds a body: parts of its boundary that do not move, that are moved, or that are on springs.
+
+    Stiffness and prescribed displacement may be functions of the time.
 
     Args:
         fixed: Named parts of the boundary where u = 0.
@@ -56,11 +59,11 @@ class Supports:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        check_fields(self, "mechanics")
+        check_with_functions(self, {"displacement": None, "robin": 0.0, "robin_normal": 0.0})
         if self.robin_boundary is not None and isinstance(self.robin, Mapping):
             raise InputError("robin names its parts itself; leave this key out", "mechanics.robin_boundary")
 
-    def springs(self) -> Iterator[tuple[Sequence[str] | None, float, bool, str]]:
+    def springs(self) -> Iterator[tuple[Sequence[str] | None, float | FunctionOfTime, bool, str]]:
         """Parts (None for all), stiffness, whether along the normal only, and key of each elastic support.
 
         Raises:
@@ -71,7 +74,8 @@ class Supports:
                 yield [part], stiffness, False, f"mechanics.robin.{part}"
         else:
             key = "robin" if self.robin_boundary is None else "robin_boundary"
-            if self.robin_boundary is not None and not (self.robin_boundary and self.robin > 0):
+            some = isinstance(self.robin, FunctionOfTime) or self.robin > 0
+            if self.robin_boundary is not None and not (self.robin_boundary and some):
                 raise InputError(
                     f"{list(self.robin_boundary)} has no effect: name parts and give robin > 0, or leave it "
                     "out",

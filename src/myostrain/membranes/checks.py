@@ -26,10 +26,10 @@ def check_membrane(membrane: Any) -> None:
     """
     name = f"the class {membrane.__name__}" if isinstance(membrane, type) else type(membrane).__name__
     if isinstance(membrane, type):
-        raise InputError(f"{name} is no object: give {membrane.__name__}()", KEY)
+        raise InputError(f"{name} is not an object: give {membrane.__name__}()", KEY)
     for method in ("resting_potential", "current"):
         if not callable(getattr(membrane, method, None)):
-            raise InputError(f"{name} is no membrane model: it has no method {method}", KEY)
+            raise InputError(f"{name} is not a membrane model: it has no method {method}", KEY)
     states = getattr(membrane, "states", ())
     if isinstance(states, str) or not isinstance(states, Sequence):
         raise InputError(f'{name}.states is {states!r}; give a sequence of names, such as ("recovery",)', KEY)

@@ -26,7 +26,7 @@ def fill_from_set(membrane: Any, sets: Mapping[Any, Mapping[str, Any]], key: str
     name = getattr(membrane, key)
     if name not in sets:
         known = nearest(name, sets) if isinstance(name, str) else f"known: {', '.join(map(str, sets))}"
-        raise InputError(f"{shown(name)} is no {key} of {type(membrane).__name__}; {known}", f"cell.{key}")
+        raise InputError(f"{shown(name)} is not a {key} of {type(membrane).__name__}; {known}", f"cell.{key}")
     given = {field.name: getattr(membrane, field.name) for field in dataclasses.fields(membrane)}
     for other, values in sets.items():
         if values != sets[name] and all(given[of] == value for of, value in values.items()):

@@ -71,7 +71,7 @@ class Reaction:
         self._trace(0)
         if not self.written and not callable(getattr(self.integrator, "advance", None)):
             raise InputError(
-                f"{type(self.integrator).__name__} is no integrator: it has no method advance",
+                f"{type(self.integrator).__name__} is not an integrator: it has no method advance",
                 "cell.integrator",
             )
         if not self.multistep and self._model is None:

@@ -62,7 +62,7 @@ def changes(
             raise InputError(f"{name} has no sets of parameters; leave it out", f"{key}.{selector}")
         if not isinstance(word, str | float | int) or word not in sets:
             hint = nearest(word, sets) if isinstance(word, str) else f"known: {', '.join(map(str, sets))}"
-            raise InputError(f"{shown(word)} is no {selector} of {name}; {hint}", f"{key}.{selector}")
+            raise InputError(f"{shown(word)} is not a {selector} of {name}; {hint}", f"{key}.{selector}")
         found |= {selector: word} | sets[word]
     for parameter, value in parameters.items():
         if parameter not in known:

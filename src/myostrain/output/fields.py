@@ -8,14 +8,14 @@ import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, partial
-from itertools import combinations_with_replacement
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from myostrain.engine import fem, jit_options, lasting
 from myostrain.errors import InputError
 from myostrain.output.folder import discard, on_first, part_of
 from myostrain.output.manifest import claim, claimed, make_folder
+from myostrain.output.nodal_values import FieldName, NodalValues
 from myostrain.output.ordering import Ordering
 from myostrain.output.snapshots import VECTORS, Snapshots, SnapshotWriter
 
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-FieldName = Literal["potential", "states", "activation", "displacement", "stretch", "stress", "stress_trace"]
-
 
 def cell_fibres(body: Body) -> Array:
     """Fibre directions at the centres of this process's own cells, (m, dim)."""
@@ -41,15 +39,26 @@ def cell_fibres(body: Body) -> Array:
     return np.asarray(f0, dtype=float).reshape(len(cells), -1)
 
 
+def _described(kinematics: Any) -> dict[str, Any]:
+    """What derived fields have to know of a kinematics."""
+    return {"name": type(kinematics).__name__, "constraint": getattr(kinematics, "constraint", None)}
+
+
 class FieldWriter:
     """Writes chosen fields at the times when :meth:`write` is called; all methods are collective.
+
+    Of a quadratic displacement the middles of the edges are kept too.
 
     Args:
         model: The coupled problem.
         folder: The result folder.
-        names: Which fields; "states" means all of the membrane's, "activation" γ or the tension, "stretch"
-            that of the fibre, "stress" the Cauchy stress, ``stress_xx``, ``stress_xy``, ...
+        names: Which fields: see :data:`~myostrain.output.nodal_values.FieldName`.
         about: What pictures have to know of the run: see :func:`~myostrain.output.units.about`.
+        expressions: UFL expressions to write, by name.
+        activation_times: Gives the first activation time of each local node.
+
+    Raises:
+        InputError: The model has no such field.
     """
 
     def __init__(
@@ -58,18 +67,26 @@ class FieldWriter:
         folder: Path,
         names: Sequence[FieldName],
         about: Mapping[str, Any] | None = None,
+        expressions: Mapping[str, Any] | None = None,
+        activation_times: Callable[[], Array] | None = None,
     ) -> None:
         self._model, self._folder = model, folder
         self._space = space = model.potential.v.function_space
-        self._names = set(names)
-        self._vectors = None
-        if model.mechanics is not None and "displacement" in names:
+        self._values = NodalValues(model, names, expressions, activation_times)
+        self._vectors, self._moves = None, "displacement" in self._values.names
+        if set(VECTORS) & set(self._values.names):
             self._vectors = model.transfer.displacement().function_space
         self._snapshots = None
-        if self._values(headers=True):
-            body = model.potential.body
-            fibres = cell_fibres(body) if body.dim == 3 else None
-            self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres, about)
+        if self._values.names:
+            body, whole = model.potential.body, self._quadratic()
+            fibres = cell_fibres(body) if body.dim > 1 else None
+            if model.mechanics is not None:
+                about = {**(about or {}), "kinematics": _described(model.mechanics.kinematics)}
+            quadratic = None if whole is None else whole.function_space
+            self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres, about, quadratic)
+
+    def _quadratic(self) -> fem.Function | None:
+        return self._model.transfer.quadratic_displacement() if self._moves else None
 
     def write(self, step: int, time: float) -> None:
         """Write the present fields, after so many steps.
@@ -78,33 +95,9 @@ class FieldWriter:
             ComputationError: They cannot be written.
         """
         if self._snapshots is not None:
-            self._snapshots.write(step, time, self._values())
-
-    def _values(self, *, headers: bool = False) -> dict[str, Any]:
-        """Local values by name; only the names, if for headers."""
-        model, wanted = self._model, self._names
-        found: dict[str, Any] = {
-            name: values
-            for name, values in model.potential.field_values().items()
-            if ("potential" if name == "potential" else "states") in wanted
-        }
-        if model.activation is not None and "activation" in wanted:
-            found["activation"] = model.activation.values
-        if model.mechanics is not None:
-            if "displacement" in wanted:
-                found["displacement"] = None if headers else model.transfer.displacement().x.array
-            if "stretch" in wanted:
-                stretch = None if headers else model.transfer.to_potential(model.mechanics.fibre_stretch())
-                found["stretch"] = stretch
-            if "stress" in wanted:
-                n = model.mechanics.kinematics.tensor_dim
-                sigma = None if headers else model.transfer.to_potential(model.mechanics.stress())
-                for i, j in combinations_with_replacement(range(n), 2):
-                    found[f"stress_{'xyz'[i]}{'xyz'[j]}"] = None if sigma is None else sigma[:, i, j]
-            if "stress_trace" in wanted:
-                trace = None if headers else model.transfer.to_potential(model.mechanics.stress_trace())
-                found["stress_trace"] = trace
-        return found
+            whole = self._quadratic()
+            middles = None if whole is None else whole.x.array
+            self._snapshots.write(step, time, self._values.values(), middles)
 
     def truncate(self, step: int) -> None:
         """Remove what an earlier run wrote after a step, to go on from there."""

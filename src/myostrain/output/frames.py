@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, overload
 
 from myostrain.errors import InputError, nearest
+from myostrain.output import strains
 from myostrain.output.reader import Reader
 
 import numpy as np
@@ -13,8 +14,11 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-#: VTK's numbers of the cells by the number of their corners.
+#: VTK's numbers of linear and quadratic cells by the number of their corners.
 VTK_CELLS = {2: 3, 3: 5, 4: 10}
+VTK_QUADRATIC = {2: 21, 3: 22, 4: 24}
+#: Edges of a quadratic cell in VTK's order, as places among a cell's edges in ours.
+VTK_EDGES = {2: (0,), 3: (0, 2, 1), 4: (0, 3, 1, 2, 4, 5)}
 
 
 class Frame(Mapping[str, Array]):
@@ -58,11 +62,68 @@ class Frame(Mapping[str, Array]):
         """Spatial coordinates x = X + u of the nodes, (n, dim); X itself where no displacement is."""
         return self._reader.deformed(self._number)
 
-    def grid(self, *, deformed: bool = False) -> Any:
-        """A ``pyvista.UnstructuredGrid`` with all fields at its points and, of a solid, fibres in its cells.
+    def F(self, at: str | npt.ArrayLike = "centres") -> Array:
+        """The deformation gradient 1 + ∂u/∂X on the mesh, as the run has it, at places in each cell.
+
+        A quadratic displacement is kept as such, so that this is the gradient of the run at every place; what
+        the run writes at nodes are means over the cells around each.
+
+        Args:
+            at: "centres" gives (cells, dim, dim); "corners" (cells, dim + 1, dim, dim), in the order of
+                ``frames.cells``; barycentric coordinates (k, dim + 1) give (cells, k, dim, dim).
+
+        Raises:
+            InputError: No displacement was written, or ``at`` is none of these.
+        """
+        if "displacement" not in self:
+            self["displacement"]  # says so
+        reader, corners = self._reader, self._reader.cells.shape[1]
+        middles = reader.snapshots.middles(self._number)
+        if middles is not None:
+            middles = middles[reader.snapshots.edges[1]]
+        where = strains.places(at, corners)
+        F = strains.deformation_gradient(reader.points, reader.cells, self["displacement"], middles, where)
+        return F[:, 0] if isinstance(at, str) and at == "centres" else F
+
+    def J(self, at: str | npt.ArrayLike = "centres") -> Array:
+        """The volume ratio in three dimensions, (cells,) or (cells, k); ``at`` as for :meth:`F`.
+
+        One in an incompressible sheet of plane stress, whose thickness makes up for its area.
+
+        Raises:
+            InputError: See :meth:`F`; or the displacement does not say J, which was not written.
+        """
+        return strains.volume_ratio(self.F(at), self._reader.kinematics)
+
+    def E(self, at: str | npt.ArrayLike = "centres") -> Array:
+        """The strain (FᵀF − 1)/2 of Green and Lagrange on the mesh, of the shape of :meth:`F`.
+
+        Raises:
+            InputError: See :meth:`F`.
+        """
+        return strains.green_lagrange(self.F(at))
+
+    def fibre_stretch(self, at: str | npt.ArrayLike = "centres") -> Array:
+        """The stretch |F f0| of the fibre, (cells,) or (cells, k), with f0 of the cell's centre.
+
+        Raises:
+            InputError: See :meth:`F`; or the run did not write its fibres.
+        """
+        reader = self._reader
+        if reader.fibres is None and reader.dim != 1:
+            raise InputError(f"no fibres were written in {reader.folder}: run it again with this version")
+        F = self.F(at)
+        if F.ndim == 3:
+            return strains.fibre_stretch(F[:, None], reader.fibres)[:, 0]
+        return strains.fibre_stretch(F, reader.fibres)
+
+    def grid(self, *, deformed: bool = False, quadratic: bool = False) -> Any:
+        """A ``pyvista.UnstructuredGrid``: fields at its points, fibres of sheets and solids in its cells.
 
         Args:
             deformed: Whether its points are x; they are X otherwise.
+            quadratic: Whether its cells have nodes in the middles of their edges, with the quadratic
+                displacement; other fields are linear there.
 
         Raises:
             InputError: PyVista is not here.
@@ -71,15 +132,47 @@ class Frame(Mapping[str, Array]):
             import pyvista
         except ImportError as missing:
             raise InputError(f"grids need PyVista ({missing}): pip install 'myostrain[render]'") from missing
-        reader = self._reader
-        points = self.deformed if deformed else reader.points
-        grid = pyvista.UnstructuredGrid({VTK_CELLS[reader.cells.shape[1]]: reader.cells}, _in_space(points))
-        for name, values in self.items():
-            grid.point_data[name] = values if values.ndim == 1 else _in_space(values)
-        if reader.fibres is not None:
-            grid.cell_data["fibres"] = _in_space(reader.fibres)
+        kind, cells, points, fields = self.arrays(deformed=deformed, quadratic=quadratic)
+        grid = pyvista.UnstructuredGrid({kind: cells}, points)
+        for name, values in fields.items():
+            grid.point_data[name] = values
+        if self._reader.fibres is not None:
+            grid.cell_data["fibres"] = _in_space(self._reader.fibres)
         grid.field_data["time"] = [self.time]
         return grid
+
+    def arrays(
+        self, *, deformed: bool = False, quadratic: bool = False, further: Mapping[str, Array] | None = None
+    ) -> tuple[int, npt.NDArray[np.int64], Array, dict[str, Array]]:
+        """What a grid is made of, as in :meth:`grid`.
+
+        Args:
+            deformed: Whether points are x.
+            quadratic: Whether cells have nodes in the middles of their edges.
+            further: Further fields at the nodes.
+
+        Returns:
+            VTK's number of the cells, their nodes (m, nodes), the points (n, 3), fields (n,) or (n, 3).
+        """
+        reader = self._reader
+        corners = reader.cells.shape[1]
+        points, given = reader.points, {**self, **(further or {})}
+        fields = {name: _in_space(values) for name, values in given.items()}
+        kind, cells = VTK_CELLS[corners], reader.cells
+        if quadratic:
+            ends, of_cells = reader.snapshots.edges
+            kind = VTK_QUADRATIC[corners]
+            cells = np.column_stack([cells, of_cells[:, VTK_EDGES[corners]] + len(points)])
+            points = np.concatenate([points, points[ends].mean(axis=1)])
+            middles = reader.snapshots.middles(self._number)
+            for name, values in fields.items():
+                curved = name == "displacement" and middles is not None
+                more = _in_space(middles) if curved and middles is not None else values[ends].mean(axis=1)
+                fields[name] = np.concatenate([values, more])
+        points = _in_space(points)
+        if deformed and "displacement" in fields:
+            points = points + fields["displacement"]
+        return kind, cells, points, fields
 
 
 class Frames(Sequence[Frame]):
@@ -91,10 +184,12 @@ class Frames(Sequence[Frame]):
         points: Material coordinates of the nodes, (n, dim).
         cells: Node numbers of the cells, (m, dim + 1).
         fibres: Fibre directions at the centres of the cells, (m, dim); None where they were not written.
+        volumes: Length, area or volume of the cells of the reference body, (m,), to take means with.
     """
 
     def __init__(self, reader: Reader) -> None:
         self._reader = reader
+        self.volumes = strains.volumes(reader.points, reader.cells)
         self.times, self.names = reader.time, sorted(reader.snapshots.names)
         self.points, self.cells, self.fibres = reader.points, reader.cells, reader.fibres
 
@@ -139,5 +234,7 @@ class Frames(Sequence[Frame]):
 
 
 def _in_space(vectors: Array) -> Array:
-    """Vectors (n, dim) with three components, the others 0."""
+    """Vectors (n, dim) with three components, the others 0; scalars (n,) as they are."""
+    if vectors.ndim == 1:
+        return vectors
     return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

@@ -72,7 +72,7 @@ def _opened(path: Path) -> int:
 
 
 def _foreign(path: Path) -> InputError:
-    return InputError(f"{path} is no lock of a run; move it away, or name another folder", "--out")
+    return InputError(f"{path} is not a lock of a run; move it away, or name another folder", "--out")
 
 
 def _is(handle: int, path: Path) -> bool:

@@ -6,10 +6,11 @@ import html
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from myostrain.errors import InputError
 from myostrain.output import datasets
+from myostrain.output.exporting import Format, export
 from myostrain.output.folder import check_path, load_results
 from myostrain.output.frames import Frames
 from myostrain.output.page import table
@@ -196,6 +197,27 @@ class Results:
             InputError: See :attr:`maps`.
         """
         return self.maps["activation_times"]
+
+    def export(
+        self,
+        format: Format = "vtkhdf",  # noqa: A002
+        out: str | Path | None = None,
+        **wanted: Any,
+    ) -> Path:
+        """Write the frames for ParaView, PyVista or meshio, see :func:`myostrain.output.exporting.export`.
+
+        Args:
+            format: "vtkhdf", "vtu" or "xdmf".
+            out: Where to write; ``folder/export`` unless given.
+            wanted: ``fields``, ``times``, ``deformed``, ``linear``.
+
+        Returns:
+            The file to open.
+
+        Raises:
+            InputError: There are no frames, a field or a format is not known, or nothing can be written.
+        """
+        return export(self.folder, format, out, **wanted)
 
     @property
     def rigid(self) -> Results | None:

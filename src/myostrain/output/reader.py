@@ -126,6 +126,11 @@ class Reader:
         return self.units.get(quantity, "")
 
     @property
+    def kinematics(self) -> dict[str, Any]:
+        """Name and constraint of the kinematics; empty where the run did not write them."""
+        return dict(self._about.get("kinematics", {}))
+
+    @property
     def rest(self) -> float:
         """The potential at rest."""
         return float(self._about.get("rest", 0.0))
@@ -234,7 +239,7 @@ def _parsed(path: Path, parse: Any) -> dict[str, Any]:
         found = parse(read_regular(path).decode())
         parts = (found, found.get("metrics", {}), found.get("probes", {}))
         if not all(isinstance(part, dict) for part in parts):
-            raise ValueError("it is no table of metrics and probes")
+            raise ValueError("it is not a table of metrics and probes")
     except (OSError, ValueError, AttributeError, RecursionError) as error:
         raise InputError(f"{path} cannot be read: {error}; repair it or remove it") from error
     return dict(found)

@@ -8,6 +8,7 @@ import re
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,9 @@ Array = npt.NDArray[np.float64]
 FRAME = re.compile(r"frame-(\d+)\.npz")
 
 #: Fields with a component for each dimension; all others are scalar.
-VECTORS = ("displacement",)
+VECTORS = ("displacement", "velocity")
+#: In a frame, the displacement of the middles of the edges, where it is quadratic.
+MIDDLES = "displacement.middles"
 
 
 def frame_paths(folder: Path) -> dict[int, Path]:
@@ -49,6 +52,7 @@ class SnapshotWriter:
         fibres: Fibre directions at the centres of this process's own cells, (cells, dim); None to leave
             them out.
         about: What pictures have to know of the run: see :func:`~myostrain.output.units.about`.
+        quadratic: Space of a quadratic displacement, P2 with a block; None where it is linear.
     """
 
     def __init__(
@@ -58,6 +62,7 @@ class SnapshotWriter:
         vectors: fem.FunctionSpace | None,
         fibres: Array | None = None,
         about: Mapping[str, Any] | None = None,
+        quadratic: fem.FunctionSpace | None = None,
     ) -> None:
         # Here, as who only reads frames needs no engine.
         from myostrain.engine import lasting
@@ -67,6 +72,7 @@ class SnapshotWriter:
         self._folder, self._dim, self._comm = folder, mesh.geometry.dim, lasting(mesh.comm)
         self._nodes = Ordering(space)
         self._vectors = None if vectors is None else Ordering(vectors)
+        self._quadratic = None if quadratic is None else Ordering(quadratic)
         corners = mesh.geometry.dofmaps[0][:, : mesh.topology.dim + 1]
         X = np.empty((len(self._nodes.positions), self._dim))
         X[space.dofmap.list] = mesh.geometry.x[corners, : self._dim]  # as they were given, to the last digit
@@ -82,13 +88,16 @@ class SnapshotWriter:
                 arrays["fibres"] = np.concatenate([part for _, part in parts])[by_nodes]
         self._save("mesh.npz", {**arrays, "about": json.dumps(dict(about or {}))})
 
-    def write(self, step: int, time: float, values: Mapping[str, Array]) -> None:
+    def write(
+        self, step: int, time: float, values: Mapping[str, Array], quadratic: Array | None = None
+    ) -> None:
         """Write a frame.
 
         Args:
             step: Number of the step.
             time: Simulated time.
             values: Local values (owned and ghost) by name of the field.
+            quadratic: Those of the quadratic displacement, where there is one: the middles of edges are kept.
         """
         arrays: dict[str, Any] = {"time": time}
         for name, local in values.items():
@@ -97,6 +106,10 @@ class SnapshotWriter:
             whole = ordering.gather(local)
             if whole is not None:
                 arrays[name] = whole.reshape(-1, self._dim) if name in VECTORS else whole
+        if quadratic is not None and self._quadratic is not None:
+            whole = self._quadratic.gather(quadratic)
+            if whole is not None:  # after the nodes come the edges, in the order of :func:`edges_of`
+                arrays[MIDDLES] = whole.reshape(-1, self._dim)[self._nodes.size :]
         self._save(f"frame-{step:09d}.npz", arrays)
 
     def truncate(self, step: int) -> None:
@@ -153,7 +166,7 @@ class Snapshots:
     def __init__(self, folder: Path) -> None:
         self._folder = folder / "snapshots"
         if not (self._folder / "mesh.npz").is_file():
-            where = "is no folder" if not folder.is_dir() else "holds no snapshots (snapshots/mesh.npz)"
+            where = "is not a folder" if not folder.is_dir() else "holds no snapshots (snapshots/mesh.npz)"
             raise InputError(
                 f"{folder} {where}; name the result folder of a run (--out), "
                 "one that wrote fields (output.fields not empty)"
@@ -169,7 +182,7 @@ class Snapshots:
         for path in self._paths:
             with _opened(path) as frame:
                 times.append(float(frame["time"]))
-                names.append({name for name in frame.files if name != "time"})
+                names.append({name for name in frame.files if name not in ("time", MIDDLES)})
         self.times: Array = np.array(times)
         self.names: frozenset[str] = frozenset(set.intersection(*names) if names else ())
 
@@ -185,6 +198,19 @@ class Snapshots:
         with _opened(self._paths[frame]) as data:
             return np.asarray(data[name], dtype=float)
 
+    @cached_property
+    def edges(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """The two nodes of each edge, and the edges of each cell: see :func:`edges_of`."""
+        return edges_of(self.cells)
+
+    def middles(self, frame: int = -1) -> Array | None:
+        """Displacement (edges, dim) of the middles of the edges, in the order of :func:`edges_of`.
+
+        None where it is linear: then it is half the sum of those of the ends.
+        """
+        with _opened(self._paths[frame]) as data:
+            return np.asarray(data[MIDDLES], dtype=float) if MIDDLES in data.files else None
+
     def activation(self) -> Array | None:
         """First activation times (n,) of the nodes, NaN for never; None if the run did not reach its end."""
         return self.maps().get("activation_time")
@@ -196,6 +222,23 @@ class Snapshots:
             return {}
         with _opened(path) as data:
             return {name: np.array(data[name], dtype=float) for name in data.files}
+
+
+def edges_of(cells: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """The edges of simplices, ordered by their two nodes.
+
+    Args:
+        cells: Node numbers, (m, corners).
+
+    Returns:
+        The two nodes of each edge, the lower first, (edges, 2); the edges of each cell, (m, pairs), for the
+        pairs of its corners in the order (0, 1), (0, 2), ..., (1, 2), ...
+    """
+    first, second = np.triu_indices(cells.shape[1], 1)
+    pairs = np.sort(np.stack([cells[:, first], cells[:, second]], axis=-1), axis=-1)
+    size = int(cells.max(initial=0)) + 1
+    keys, inverse = np.unique(pairs[..., 0] * size + pairs[..., 1], return_inverse=True)
+    return np.column_stack(np.divmod(keys, size)), inverse.reshape(len(cells), -1)
 
 
 @contextmanager

@@ -12,8 +12,9 @@ from myostrain.coupling import Electromechanics
 from myostrain.errors import InputError, shown
 from myostrain.output.conduction import conduction_velocity
 from myostrain.output.electrodes import ElectrodeTable
-from myostrain.output.fields import FieldName, FieldWriter
+from myostrain.output.fields import FieldWriter
 from myostrain.output.loops import LoopTable, units_of_loops
+from myostrain.output.nodal_values import FieldName
 from myostrain.output.probes import ActivationTimes, Probes
 from myostrain.output.results import wave_metrics
 from myostrain.output.table import MeasureTable, ProbeTable
@@ -31,6 +32,7 @@ class Wanted:
     Args:
         probes: The probes.
         fields: Fields to write.
+        expressions: UFL expressions to write, by name.
         about: What pictures have to know of the run.
         fields_due: When fields are written and measures taken.
         probes_due: When probes and electrodes are sampled.
@@ -44,6 +46,7 @@ class Wanted:
 
     probes: Probes
     fields: tuple[FieldName, ...]
+    expressions: Mapping[str, Any]
     about: Mapping[str, Any]
     fields_due: Schedule
     probes_due: Schedule
@@ -114,8 +117,16 @@ class Record:
         Raises:
             ComputationError: Something cannot be written.
         """
-        if self._out is not None and self._wanted.fields:
-            self._writer = FieldWriter(self._model, self._out, self._wanted.fields, self._wanted.about)
+        wanted = self._wanted
+        if self._out is not None and (wanted.fields or wanted.expressions):
+            self._writer = FieldWriter(
+                self._model,
+                self._out,
+                wanted.fields,
+                wanted.about,
+                wanted.expressions,
+                lambda: self._activation.nodes,
+            )
             self._writer.truncate(self._model.steps if self._resumed else -1)
         if not self._resumed:
             self._write(0)

@@ -80,7 +80,7 @@ def accept(saved: State, now: State, step: float, steps: int) -> list[dict[str, 
         sizes = saved["table"], saved["measures"]["size"], tips["size"], saved["ecg"], loops["size"]
         for size in sizes:
             if not isinstance(size, int | None):
-                raise ValueError(f"{size!r} is no size of a table")
+                raise ValueError(f"{size!r} is not a size of a table")
         dict(saved["measures"]["last"], **saved["measures"]["peaks"])
         len(saved["retries"])
         found: dict[str, Any] = {}

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from myostrain.errors import InputError
+from myostrain.errors import InputError, shown
 
 
 class Schedule:
@@ -79,13 +80,56 @@ class Callback:
     def __post_init__(self) -> None:
         """Refuse what cannot be called, and an interval that is none."""
         if not callable(self.call):
-            raise InputError(f"Callback.call: give a function of the simulation, not {self.call!r}")
+            raise InputError(f"Callback.call: give a function of the simulation, not {shown(self.call)}")
         if self.every is not None and not 0 < self.every < math.inf:
             raise InputError(
                 f"Callback.every: give a positive time, or None for every step, not {self.every}"
             )
 
 
-def callbacks(given: Sequence[Callback | Callable[[Any], None]]) -> list[Callback]:
-    """What a script gives, functions or callbacks, as callbacks."""
-    return [each if isinstance(each, Callback) else Callback(each) for each in given]
+def callbacks(given: Any) -> list[Callback]:
+    """What a script gives, a function or callback or several, as callbacks.
+
+    Raises:
+        InputError: One cannot be called with a simulation alone.
+    """
+    each = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
+    made = [one if isinstance(one, Callback) else Callback(one) for one in each]
+    for callback in made:
+        try:
+            inspect.signature(callback.call).bind(None)
+        except TypeError as error:
+            raise InputError(
+                f"{_name(callback.call)} is called with the simulation and nothing else ({error}); write it "
+                "as def watch(simulation): ...",
+                "on_step",
+            ) from None
+        except ValueError:
+            continue  # built in, without a signature
+    return made
+
+
+def _name(function: Any) -> str:
+    return str(getattr(function, "__qualname__", type(function).__qualname__))
+
+
+def check_times(
+    step: float, end: float, every: float | None, checkpoint_every: float | None, checkpoint_seconds: float
+) -> None:
+    """Refuse a step, an end or intervals that are none.
+
+    Raises:
+        InputError: One is not positive, or the step is longer than the run.
+    """
+    for key, value in (
+        ("time.step", step),
+        ("time.end", end),
+        ("output.every", 1.0 if every is None else every),
+        ("output.checkpoint_every", 1.0 if checkpoint_every is None else checkpoint_every),
+    ):
+        if not (value > 0 and math.isfinite(value)):
+            raise InputError(f"{value} is not a time: give a positive number", key)
+    if not checkpoint_seconds > 0:
+        raise InputError(f"{checkpoint_seconds}: give a positive number", "output.checkpoint_seconds")
+    if step > end:
+        raise InputError(f"{step} is longer than the whole run, time.end = {end}", "time.step")

@@ -9,14 +9,14 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Literal, Protocol
 
 from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, lasting, versions
-from myostrain.errors import ComputationError, InputError, Interrupted, nearest
+from myostrain.errors import ComputationError, InputError, Interrupted
 from myostrain.output import results as summary
-from myostrain.output.fields import FieldName
 from myostrain.output.folder import on_first, prepare, write_json
+from myostrain.output.nodal_values import FieldName, check_fields
 from myostrain.output.probes import Probes
 from myostrain.output.tips import Tip
 from myostrain.output.units import about
@@ -25,7 +25,7 @@ from myostrain.run.interrupts import Interrupts
 from myostrain.run.record import Record, Wanted, percentages, plain_points
 from myostrain.run.resume import accept, built, restoring
 from myostrain.run.retries import Recovery, check_finite
-from myostrain.run.schedule import Callback, CheckpointClock, Schedule, callbacks
+from myostrain.run.schedule import Callback, CheckpointClock, Schedule, callbacks, check_times
 from myostrain.state import State
 
 log = logging.getLogger("myostrain")
@@ -56,9 +56,10 @@ class Simulation:
         probes: Material points by name, at which activation times are taken and values recorded.
         every: Simulated time between written fields; None for a sixtieth of the run.
         fields: Which fields to write.
-        on_step: What is called while the run goes on: functions of this simulation, called at the start and
-            after every step, or a :class:`Callback` with an interval. Like what is written, it sees potential
-            and body of one time.
+        expressions: UFL expressions to write by name, as means over the cells around each node.
+        on_step: What is called while the run goes on, one or several: functions of this simulation, called
+            at the start and after every step, or a :class:`Callback` with an interval. Like what is written,
+            it sees potential and body of one time.
         title: What the pictures are called; the folder's name unless given.
         units: In which units the numbers are, by "length", "time", "stress" and "potential", for the labels
             of pictures: such as {"length": "mm"}. Those that the membrane declares need not be said.
@@ -91,7 +92,10 @@ class Simulation:
         probes: Mapping[str, Sequence[float]] | None = None,
         every: float | None = None,
         fields: Sequence[FieldName] = ("potential", "states", "displacement", "stress_trace"),
-        on_step: Sequence[Callback | Callable[[Simulation], None]] = (),
+        expressions: Mapping[str, Any] | None = None,
+        on_step: Callable[[Simulation], None]
+        | Callback
+        | Sequence[Callback | Callable[[Simulation], None]] = (),
         title: str = "",
         units: Mapping[str, str] | None = None,
         repolarization: float | Sequence[float] = (90.0,),
@@ -106,21 +110,8 @@ class Simulation:
         case: Mapping[str, Any] | None = None,
         setup_seconds: float = 0.0,
     ) -> None:
-        for key, value in (
-            ("time.step", step),
-            ("time.end", end),
-            ("output.every", 1.0 if every is None else every),
-            ("output.checkpoint_every", 1.0 if checkpoint_every is None else checkpoint_every),
-        ):
-            if not (value > 0 and math.isfinite(value)):
-                raise InputError(f"{value} is no time: give a positive number", key)
-        if not checkpoint_seconds > 0:
-            raise InputError(f"{checkpoint_seconds}: give a positive number", "output.checkpoint_seconds")
-        for name in fields:
-            if name not in (known := get_args(FieldName)):
-                raise InputError(f"no such field; {nearest(name, known)}", "output.fields")
-        if step > end:
-            raise InputError(f"{step} is longer than the whole run, time.end = {end}", "time.step")
+        check_times(step, end, every, checkpoint_every, checkpoint_seconds)
+        check_fields(fields)
         self.model, self.end = model, end
         # Whole turns of mechanics: the run ends with potential and body of one time.
         turn = model.every
@@ -141,6 +132,7 @@ class Simulation:
         self._wanted = Wanted(
             probes=self.probes,
             fields=tuple(fields),
+            expressions=dict(expressions or {}),
             about=about(model.potential, title, units or {}),
             fields_due=Schedule(end / 60 if every is None else every, self.step, self.steps, turn),
             probes_due=Schedule(end / 1000, self.step, self.steps, turn),
@@ -158,7 +150,7 @@ class Simulation:
         ):
             if self.out is not None and asked is not None and schedule.rounded:
                 log.warning(
-                    "%s = %g is no whole number of the steps that solve mechanics (%g); it is %g",
+                    "%s = %g is not a whole number of the steps that solve mechanics (%g); it is %g",
                     *(key, asked, self.step * turn, schedule.interval),
                 )
         for number, stimulus in enumerate(getattr(model.potential, "stimuli", ()), 1):
@@ -170,7 +162,9 @@ class Simulation:
         ]
         for _, schedule in self._callbacks:
             if schedule.rounded:
-                log.warning("a callback's interval is no whole number of steps; it is %g", schedule.interval)
+                log.warning(
+                    "a callback's interval is not a whole number of steps; it is %g", schedule.interval
+                )
         self._ran = False
         self._clock = CheckpointClock(checkpoint_seconds)
 

@@ -153,7 +153,7 @@ def cell(
     )
     for name, value in (initial or {}).items():
         if name not in (known := ["potential", *names]):
-            raise InputError(f"'{name}' is no state; {nearest(name, known)}", "initial")
+            raise InputError(f"'{name}' is not a state; {nearest(name, known)}", "initial")
         if not np.isfinite(value):
             raise InputError(f"{name} is {value}: give a finite number", "initial")
         values[known.index(name)] = value

@@ -241,9 +241,9 @@ def _read(path: Path) -> Contents:
         if stat.S_ISDIR(status.st_mode):
             raise InputError(f"{path} is a folder, not a file", KEY)
         if not stat.S_ISREG(status.st_mode):
-            raise InputError(f"{path} is no regular file", KEY)
+            raise InputError(f"{path} is not a regular file", KEY)
         if not 0 < status.st_size <= MAX_FILE:
-            raise InputError(f"{path} has {status.st_size} bytes: it is no model of a cell", KEY)
+            raise InputError(f"{path} has {status.st_size} bytes: it is not a model of a cell", KEY)
         reader = READERS.get(path.suffix.lower())
         if reader is None:
             raise InputError(f"'{path.name}' should end with one of {', '.join(READERS)}", KEY)
@@ -287,7 +287,7 @@ def _parsed(reader: Callable[[str], Contents], text: str) -> Contents:
     except RecursionError:
         raise Unreadable("its formulas are too deep") from None
     if not found.states:
-        raise Unreadable("it has no states: it is no model of a cell")
+        raise Unreadable("it has no states: it is not a model of a cell")
     if max(map(depth, (*found.formulas.values(), *found.rates.values()))) > DEEPEST:
         raise Unreadable(f"its formulas are too deep: more than {DEEPEST} operations in operations")
     known = {*found.parameters, *found.states, *found.time}

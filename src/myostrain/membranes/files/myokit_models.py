@@ -88,7 +88,7 @@ def read_cellml(text: str) -> Contents:
     except myokit.MyokitError as error:
         what = _line(error)
         if "not a CellML document" in what:
-            what = "it is no CellML of version 1.0, 1.1 or 2.0"
+            what = "it is not CellML of version 1.0, 1.1 or 2.0"
         raise Unreadable(f"Myokit cannot read it: {what}") from None
     for warning in said:
         if "no initial value" in str(warning.message):  # Myokit would begin at zero

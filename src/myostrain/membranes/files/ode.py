@@ -58,7 +58,7 @@ def read_ode(text: str) -> Contents:
     except UnexpectedInput as error:
         line = text.splitlines()[error.line - 1].strip() if 0 < error.line <= text.count("\n") + 1 else ""
         where = f"line {error.line}: {line[:80]!r}" if line else "its end"
-        raise Unreadable(f"it is no .ode file: it cannot be understood from {where} on") from None
+        raise Unreadable(f"it is not an .ode file: it cannot be understood from {where} on") from None
     return _Reader().read(tree)
 
 
@@ -121,7 +121,7 @@ class _Reader:
         try:
             numbers[str(of)] = float(Values({}, {}).of(self._formula(value)))
         except KeyError as error:
-            raise Unreadable(f"the value of {of} is no number: it needs {error.args[0]}") from None
+            raise Unreadable(f"the value of {of} is not a number: it needs {error.args[0]}") from None
         if not np.isfinite(numbers[str(of)]):
             raise Unreadable(f"the value of {of} is {numbers[str(of)]}")
         if more and more[0] is not None and (unit := spelt(str(more[0]).strip("\"'"))):
@@ -155,7 +155,7 @@ class _Reader:
             try:
                 return number(float(children[0]))
             except ValueError:
-                raise Unreadable(f"{children[0]} is no number") from None
+                raise Unreadable(f"{children[0]} is not a number") from None
         if tree.data == "constant":
             return number(np.pi)
         return self._function(str(children[0]), children[1:])

@@ -56,7 +56,7 @@ def calcium_of(contents: Contents, given: str | None) -> str | None:
 
 def _state(contents: Contents, given: str, key: str) -> str:
     if given not in contents.states:
-        raise InputError(f"'{given}' is no state of the file; {nearest(given, contents.states)}", key)
+        raise InputError(f"'{given}' is not a state of the file; {nearest(given, contents.states)}", key)
     return given
 
 
@@ -76,7 +76,7 @@ def without_stimulus(contents: Contents, also: Sequence[str]) -> tuple[Contents,
     for name in also:
         if name not in contents.formulas and name not in contents.parameters:
             known = nearest(name, [*contents.formulas, *contents.parameters])
-            raise InputError(f"'{name}' is no variable that can be switched off; {known}", "cell.stimulus")
+            raise InputError(f"'{name}' is not a variable that can be switched off; {known}", "cell.stimulus")
     before = reached(contents)
     said = contents.roles.get("stimulus")
     off = [

@@ -133,7 +133,7 @@ def draw_material(
     if material.tensor_dim != 3:
         raise InputError(f"{type(material).__name__} is for a line; curves are of materials for 3D", "NAME")
     if path.suffix not in SUFFIXES:
-        raise InputError(f"'{path}' is no picture: end its name in {', '.join(SUFFIXES)}", "--out")
+        raise InputError(f"'{path}' is not a picture: end its name in {', '.join(SUFFIXES)}", "--out")
     lam, kappa = np.linspace(*stretch, 61), np.linspace(0.0, shear, 41)
     of = f" ({unit})" if unit else ""
     panels = (
