@@ -116,7 +116,8 @@ def _by_number(body: Body, space: Any, table: dict[str, Array]) -> Array:
     """Times by the numbers of nodes in the mesh's file, NaN for those that have none (nodes,)."""
     geometry = body.mesh.geometry
     numbers = np.empty(len(space.tabulate_dof_coordinates()), dtype=np.int64)
-    numbers[space.dofmap.list] = np.asarray(geometry.input_global_indices)[geometry.dofmaps[0]]
+    corners = geometry.dofmaps[0][:, : body.dim + 1]
+    numbers[space.dofmap.list] = np.asarray(geometry.input_global_indices)[corners]
     order = np.argsort(table["node"])
     known = table["node"][order].astype(np.int64)
     place = np.minimum(np.searchsorted(known, numbers), len(known) - 1)

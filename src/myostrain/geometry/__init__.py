@@ -18,6 +18,7 @@ from myostrain.geometry.laplace_fibres import RuleBasedFibres
 from myostrain.geometry.line import Line
 from myostrain.geometry.memory_model import GmshModel
 from myostrain.geometry.meshed import Meshed
+from myostrain.geometry.opencarp import write_opencarp
 from myostrain.geometry.quality import Quality, quality
 from myostrain.geometry.rectangle import Rectangle
 from myostrain.geometry.refinement import RefinedBody, refined
@@ -53,4 +54,5 @@ __all__ = [
     "readable",
     "refined",
     "transmural",
+    "write_opencarp",
 ]

@@ -8,6 +8,7 @@ from typing import Any
 
 from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError
+from myostrain.geometry import opencarp, vtu
 from myostrain.geometry.body import extent
 from myostrain.geometry.checks import place
 from myostrain.geometry.fibres import Microstructure
@@ -17,7 +18,7 @@ from myostrain.geometry.gmsh_model import says, session
 from myostrain.geometry.laplace_fibres import orthonormal
 from myostrain.geometry.meshed import Meshed
 from myostrain.geometry.points import cells_at
-from myostrain.validation import description
+from myostrain.validation import Positive, description
 
 import numpy as np
 import numpy.typing as npt
@@ -27,8 +28,8 @@ Flags = npt.NDArray[np.bool_]
 
 KEY = "fibres.path"
 FORMATS = (
-    'two formats are read: .msh of gmsh with $ElementData or $NodeData called "f0", and .npz of numpy with '
-    "arrays 'points' (n, dim) and 'f0' (n, dim)"
+    'there are: .msh of gmsh with $ElementData or $NodeData called "f0", .npz of numpy with arrays '
+    "'points' (n, dim) and 'f0' (n, dim), .lon of openCARP, and .vtu with data called f0"
 )
 
 #: A point belongs to a cell if it is outside by this part of the body's extent at most: files in single
@@ -43,12 +44,15 @@ CHUNK = 50_000
 class FileFibres:
     """Fibres, and optionally sheets, from a file with directions at points of the body.
 
-    Two formats:
+    Four formats:
 
     - ``.msh``: gmsh's own mesh with ``$ElementData`` or ``$NodeData`` of three components called "f0" and,
       for solids that need it, "s0". It may be the file of the geometry or another of the same body.
     - ``.npz`` of NumPy: ``points`` (n, dim), ``f0`` (n, dim) and optionally ``s0`` (n, dim), the directions
       at these points. Each cell must contain at least one; take its centre, say, or the nodes.
+    - ``.lon`` of openCARP, of the .elem and .pts beside it: a direction, or two, of each element.
+    - ``.vtu``, ``.vtk``: data on cells or nodes called "f0", "fiber" or "fibers" and, for sheets, "s0",
+      "sheet" or "sheets".
 
     A cell takes the mean of the points that lie in it or on its boundary, within 1e-6 of the body's extent;
     so numbering, order and partition do not matter. A direction and its opposite are the same fibre: the mean
@@ -57,13 +61,17 @@ class FileFibres:
 
     Args:
         path: The file. In a case file, relative to the case file's folder.
+        scale: Factor on the coordinates, as that of the geometry.
     """
 
     path: Path
+    scale: Positive = 1.0
 
     @property
     def files(self) -> tuple[Path, ...]:
         """What is read: a run is resumed with the same only."""
+        if self.path.suffix in opencarp.ENDINGS:
+            return tuple(self.path.with_suffix(ending) for ending in opencarp.ENDINGS)
         return (self.path,)
 
     def directions_on(self, meshed: Meshed) -> Microstructure:
@@ -95,6 +103,7 @@ class FileFibres:
         if comm.rank == 0:
             try:
                 points, given = self._from_file()
+                points = points * self.scale
                 given = self._checked(points, given, dim)
             except InputError as error:
                 problem = str(error)
@@ -107,6 +116,10 @@ class FileFibres:
         return InputError(f"{self.path} {message}", KEY)
 
     def _from_file(self) -> tuple[Array, dict[str, Array]]:
+        if self.path.suffix in opencarp.ENDINGS:
+            return opencarp.read_directions(self.path)
+        if vtu.is_vtk(self.path):
+            return vtu.read_directions(self.path)
         readable(self.path, KEY)
         with self.path.open("rb") as stream:
             begin = stream.read(12)
@@ -117,8 +130,7 @@ class FileFibres:
                     return self._from_msh(gmsh)
         if self.path.suffix == ".npz" or zipfile.is_zipfile(self.path):
             return self._from_npz()
-        order = "; a file of openCARP has no places: give the centres of its elements as 'points'"
-        raise self._error(f"is of no known format; {FORMATS}{order if self.path.suffix == '.lon' else ''}")
+        raise self._error(f"is of no known format; {FORMATS}")
 
     def _from_npz(self) -> tuple[Array, dict[str, Array]]:
         if not zipfile.is_zipfile(self.path):

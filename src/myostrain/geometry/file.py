@@ -1,21 +1,23 @@
-"""A mesh from a gmsh file."""
+"""A mesh from a file: of gmsh, openCARP, VTK, or a folder of cardiac-geometriesx."""
 
 from __future__ import annotations
 
 import mmap
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from myostrain.errors import InputError
+from myostrain.geometry import heart_folder, opencarp, vtu
 from myostrain.geometry.checks import check
 from myostrain.geometry.foreign import read_alone, readable
 from myostrain.geometry.gmsh_model import says, to_meshed
+from myostrain.geometry.mesh_arrays import MeshArrays, spread_out
 from myostrain.geometry.meshed import Meshed
-from myostrain.validation import description
+from myostrain.validation import Positive, description
 
 #: Bytes of a file for one node and its cells, at least; measured: 90 to 104 for a sheet of 28,168 nodes,
 #: MSH 2.2 and 4.1, text and binary.
@@ -24,21 +26,37 @@ NODE_BYTES = 80
 
 @description
 class MeshFile:
-    """A gmsh ``.msh`` file of straight lines, triangles or tetrahedra.
+    """A mesh of straight cells from a file, whose format its ending says.
 
-    The physical groups of the highest dimension are the body and its regions, those one dimension lower
-    the boundaries that ``mechanics.fixed`` and others name. Groups with the same name are one part.
+    - ``.msh`` of gmsh: lines, triangles or tetrahedra. The physical groups of the highest dimension are the
+      body and its regions, those one dimension lower the boundaries that ``mechanics.fixed`` and others
+      name. Groups with the same name are one part.
+    - ``.pts``, ``.elem`` of openCARP: tetrahedra, whose tags are regions; boundaries are surfaces, in
+      STEM.NAME.surf or in the files that ``boundaries`` names.
+    - ``.vtu``, ``.vtk``: tetrahedra and, for boundaries, triangles, both with tags (PyVista reads them).
+    - A folder of cardiac-geometriesx: mesh.xdmf and markers.json. ENDO, EPI, BASE, ENDO_LV and ENDO_RV are
+      endocardium, epicardium, base, endocardium_left and endocardium_right.
 
     Args:
         path: The file. In a case file, relative to the case file's folder.
+        scale: Factor on the coordinates, not for .msh: 1e-3 makes mm of the micrometres of openCARP.
+        tags: Name of the data with the tags in a .vtu; the first of the usual ones unless given.
+        boundaries: Names of boundaries: their tags in a .vtu, their .surf files of openCARP.
+        regions: Names of regions, and their tags, in a .vtu.
     """
 
     path: Path
+    scale: Positive = 1.0
+    tags: str | None = None
+    boundaries: Mapping[str, int | str] | None = None
+    regions: Mapping[str, int] | None = None
 
     @property
     def files(self) -> tuple[Path, ...]:
         """What is read: a run is resumed with the same only."""
-        return (self.path,)
+        if self.path.suffix in opencarp.ENDINGS:
+            return opencarp.files_of(self.path, self.boundaries)
+        return heart_folder.files_of(self.path) if self.path.is_dir() else (self.path,)
 
     def mesh(self, comm: Any) -> Meshed:
         """Read the file and spread the mesh over the processes of ``comm``.
@@ -48,6 +66,8 @@ class MeshFile:
                 of another kind than straight lines, triangles or tetrahedra, cells of no size or inverted
                 ones, nodes that no cell uses, or parts that do not hang together.
         """
+        if (read := self._reader()) is not None:
+            return spread_out(comm, read)
 
         def make(gmsh: Any) -> int:
             open_safely(gmsh, self.path, "geometry.path")
@@ -65,6 +85,29 @@ class MeshFile:
             return dim
 
         return to_meshed(comm, make, str(self.path), "geometry.path")
+
+    def _reader(self) -> Callable[[], MeshArrays] | None:
+        """What reads the file; None where gmsh does.
+
+        Raises:
+            InputError: A key is not for this format.
+        """
+        is_opencarp, is_folder = self.path.suffix in opencarp.ENDINGS, self.path.is_dir()
+        for key, others in (
+            ("tags", False),
+            ("regions", False),
+            ("boundaries", is_opencarp),
+            ("scale", True),
+        ):
+            given = getattr(self, key) not in (None, 1.0)
+            allowed = vtu.is_vtk(self.path) or (others and (key != "scale" or is_opencarp or is_folder))
+            if given and not allowed:
+                raise InputError(f"this is not for {self.path.name}; leave it out", f"geometry.{key}")
+        if is_opencarp:
+            return lambda: opencarp.read_opencarp(self.path, self.boundaries, self.scale)
+        if vtu.is_vtk(self.path):
+            return lambda: vtu.read_vtu(self.path, self.tags, self.boundaries, self.regions, self.scale)
+        return (lambda: heart_folder.read_folder(self.path, self.scale)) if is_folder else None
 
     def counts(self) -> tuple[float, float]:
         """How many nodes and cells the file has at most, by its size, before anything reads it."""
