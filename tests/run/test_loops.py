@@ -5,6 +5,7 @@ from myostrain.output.figures.draw import draw
 from myostrain.output.figures.loops import isovolumetric
 from myostrain.output.figures.measures import since_first
 from myostrain.output.loops import loop_numbers, units_of_loops
+from myostrain.output.peaks import Peaks
 from myostrain.output.segments import KINDS
 
 import numpy as np
@@ -77,6 +78,7 @@ def test_what_a_cardiologist_reads():
         "dpdt_max": 0.2,
         "stroke_work": 1.1e6,
         "twist": 11.0,
+        "longitudinal_strain_peak": -0.18,
         "fibre_stress_3": 1.0,
     }
     rows = {name: (value, unit) for name, value, unit in clinical(metrics, units)}
@@ -87,13 +89,26 @@ def test_what_a_cardiologist_reads():
         "greatest dP/dt": (pytest.approx(1500.1, rel=1e-3), "mmHg/s"),
         "stroke work": (pytest.approx(1.1), "J"),
         "twist": (11.0, "degrees"),
+        "greatest longitudinal strain": (pytest.approx(-18.0), "%"),
     }
+    assert next(iter(rows)) == "end-diastolic volume"
     two = {"volume_max_left": 1.0, "stroke_volume_change_right": 0.01}
     assert [name for name, _, _ in clinical(two, {})] == [
         "end-diastolic volume, left",
         "change of stroke volume, right",
     ]
     assert clinical({"twist": 3.0, "celerity": 1.0}, units) == []
+
+
+def test_strains_since_the_beginning():
+    """The largest mean strain of a wall that was stretched by a tenth before the run began."""
+    peaks = Peaks()
+    for strain in (0.1, -0.01, 0.045):
+        peaks.observe({"longitudinal_strain": strain})
+    assert peaks.found["longitudinal_strain_peak"] == pytest.approx(0.99 / 1.1 - 1)
+    again = Peaks(peaks.found)
+    again.observe({"longitudinal_strain": -0.12})
+    assert again.found["longitudinal_strain_peak"] == pytest.approx(0.88 / 1.1 - 1)
 
 
 def test_pictures_of_segments(tmp_path):

@@ -26,6 +26,9 @@ _OF_WALLS = {
     "wall_thickening": "thickening of the wall",
     "longitudinal_shortening": "shortening of the long axis",
     "fibre_shortening": "shortening of the fibres",
+    "longitudinal_strain_peak": "greatest longitudinal strain",
+    "circumferential_strain_peak": "greatest circumferential strain",
+    "radial_strain_peak": "greatest radial strain",
 }
 _PERCENT = (
     "ejection_fraction",
@@ -33,6 +36,7 @@ _PERCENT = (
     "wall_thickening",
     "longitudinal_shortening",
     "fibre_shortening",
+    *(f"{kind}_strain_peak" for kind in ("longitudinal", "circumferential", "radial")),
 )
 
 #: kPa in a mmHg.
@@ -61,22 +65,28 @@ def clinical(metrics: Mapping[str, Any], units: Mapping[str, str]) -> list[tuple
     """
     found = []
     for words in (_OF_CAVITIES, _OF_WALLS):
-        for metric, value in metrics.items():
-            base = next(
-                (key for key in sorted(words, key=len, reverse=True) if _is(metric, key, words)), None
-            )
-            if base is None or value is None:
-                continue
-            name = words[base] + metric.removeprefix(base).replace("_", ", ", 1).replace("_", " ")
-            factor, unit = (
-                (100.0, "%") if base in _PERCENT else _CLINICAL.get(units.get(metric, ""), (1.0, ""))
-            )
-            if base in ("twist", "torsion"):
-                unit = "degrees"
-            found.append((name, factor * float(value), unit or units.get(metric, "")))
+        # The longest first: a stroke volume may be that of a cavity called "change".
+        keys = {
+            metric: max((key for key in words if _is(metric, key, words)), key=len, default=None)
+            for metric, value in metrics.items()
+            if value is not None
+        }
+        for wanted in words:
+            for metric, key in keys.items():
+                if key == wanted:
+                    found.append(_row(metric, key, words[key], float(metrics[metric]), units.get(metric, "")))
         if not found:
             return []
     return found
+
+
+def _row(metric: str, key: str, words: str, value: float, unit: str) -> tuple[str, float, str]:
+    """Name, value and unit of one metric."""
+    name = words + metric.removeprefix(key).replace("_", ", ", 1).replace("_", " ")
+    if key in ("twist", "torsion"):
+        return name, value, "degrees"
+    factor, clinical_unit = (100.0, "%") if key in _PERCENT else _CLINICAL.get(unit, (1.0, unit))
+    return name, factor * value, clinical_unit
 
 
 def _is(metric: str, key: str, words: Mapping[str, str]) -> bool:

@@ -16,6 +16,10 @@ PEAKS: dict[str, tuple[str, Callable[[float], float]]] = {
 }
 
 
+#: Mean strains of a wall.
+STRAINS = tuple(f"{kind}_strain" for kind in ("longitudinal", "circumferential", "radial"))
+
+
 class Peaks:
     """What a run's metrics say of the measured quantities over its sampled times.
 
@@ -23,6 +27,8 @@ class Peaks:
     - ``twist``, ``wall_thickening``, ``longitudinal_shortening``: the value of largest magnitude;
     - ``volume_ratio``: the value farthest from one;
     - ``fibre_stretch_min``: the least; ``ellipticity_min``: the least ``ellipticity``;
+    - ``longitudinal_strain_peak`` and likewise circumferential and radial: the mean strain of largest
+      magnitude since the first time, as since the end of diastole, (1 + e)/(1 + e₀) − 1;
     - of every cavity ``cavity_volume_min``, ``cavity_volume_max`` and ``ejection_fraction``, the largest
       share of its volume that it lost since an earlier time, 1 − V(t)/V(s) with s ≤ t; for a NAMEd one
       ``cavity_volume_NAME_min``, ..., ``ejection_fraction_NAME``.
@@ -49,6 +55,9 @@ class Peaks:
                     self._keep(share, 1 - value / full, float)
             elif name == "fibre_stretch_mean":
                 self._keep("fibre_shortening", 1 - value, float)
+            elif name in STRAINS:
+                begin = self.found.setdefault(f"{name}_begin", value)
+                self._keep(f"{name}_peak", (1 + value) / (1 + begin) - 1, abs)
             elif name in PEAKS:
                 metric, size = PEAKS[name]
                 self._keep(metric, value, size)

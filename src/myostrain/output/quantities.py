@@ -44,6 +44,8 @@ _KNOWN: tuple[tuple[str, str, Powers | None], ...] = (
     (r"stress_([xyz]{2})", "Cauchy stress, {0}", STRESS),
     (r"stress_trace", "trace of the Cauchy stress", STRESS),
     (r"(longitudinal|circumferential|radial)_strain", "mean {0} strain since rest", NUMBER),
+    (r"(longitudinal|circumferential|radial)_strain_begin", "mean {0} strain at the beginning", NUMBER),
+    (r"(longitudinal|circumferential|radial)_strain_peak", "largest {0} strain since the beginning", NUMBER),
     (r"(longitudinal|circumferential|radial)_strain_(\d+)", "{0} strain of segment {1} since rest", NUMBER),
     (r"fibre_stretch_(\d+)", "stretch of the fibre in segment {0}", NUMBER),
     (r"fibre_stress_(\d+)", "Cauchy stress along the fibre in segment {0}", STRESS),
