@@ -6,6 +6,7 @@ from myostrain.cases import path
 from myostrain.output.codes import CONVERGED, compare_times, published_times
 from myostrain.output.figures.codes import draw_codes
 
+import numpy as np
 import pytest
 
 from reference import niederer_fd
@@ -59,9 +60,16 @@ def test_results_are_beside_the_published_codes(tmp_path):
 
 
 def test_what_codes_tend_to_is_that_of_the_finite_differences():
-    """tests/reference/niederer_fd.py: its extrapolated times, rounded; a third grid lies on the same line."""
+    """tests/reference/niederer_fd.py: its extrapolated times, rounded.
+
+    A grid between the two lies on their line against the slowness across, to 0.08 ms.
+    """
     assert list(CONVERGED["niederer-3d"].values()) == pytest.approx(niederer_fd.limit(), abs=0.006)
     assert CONVERGED["niederer-3d"]["P8"] == pytest.approx(42.2, abs=0.3)  # what is published
+    coarse, middle, fine = (np.array(niederer_fd.FOUND[0.1, h]) for h in (0.1, 0.0667, 0.05))
+    slow = {h: 1 / c for h, c in niederer_fd.ACROSS.items()}
+    share = (slow[0.0667] - slow[0.05]) / (slow[0.1] - slow[0.05])
+    np.testing.assert_allclose(middle, fine + share * (coarse - fine), rtol=0, atol=0.08)
 
 
 def test_published_times_and_their_picture(tmp_path):
