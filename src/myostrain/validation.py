@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import functools
+import html
 import inspect
 import re
 import typing
@@ -143,6 +144,17 @@ def checked(kind: Any, value: Any, key: str, text: str = "") -> Any:
     place = [str(part) for part in found["loc"] if isinstance(part, int) or part.isidentifier()]
     place = [part for part in place if part not in ("float", "int", "str", "bool", "tuple")]
     raise InputError(f"{plain_words(found, text)}, not {shown(found['input'])}", ".".join([key, *place]))
+
+
+def shown_in_notebook(title: str, rows: Mapping[str, object]) -> str:
+    """A title and a table of names and values, HTML for a notebook; empty values are left out."""
+    cells = "".join(
+        f'<tr><td style="text-align:left">{html.escape(name)}</td>'
+        f'<td style="text-align:left">{html.escape(str(value))}</td></tr>'
+        for name, value in rows.items()
+        if value not in (None, "", (), [], {})
+    )
+    return f"<b>{html.escape(title)}</b><table>{cells}</table>"
 
 
 def flat(table: Mapping[str, Any]) -> dict[str, Any]:

@@ -68,3 +68,24 @@ def test_what_cannot_be_chosen(tmp_path, arguments, words):
 def test_a_choice_is_checked():
     with pytest.raises(InputError, match="--format"):
         Choice(formats=["tiff"])
+
+
+def test_a_style_is_on_top_of_ours(tmp_path):
+    """A style of Matplotlib by name or file: the page has its colour, and ours is back afterwards."""
+    line(tmp_path, 60)
+    finish(tmp_path, {})
+    (tmp_path / "mine.mplstyle").write_text("figure.facecolor: 0a141e\n")
+    corners = []
+    for style in ("", "dark_background", str(tmp_path / "mine.mplstyle"), ""):
+        (path, *_) = draw(tmp_path, Choice(dpi=40, fields=["potential"], style=style))
+        corners.append(Image.open(path).convert("RGB").getpixel((1, 1)))
+    assert corners == [(255, 255, 255), (0, 0, 0), (10, 20, 30), (255, 255, 255)]
+    (tmp_path / "bad.mplstyle").write_text("no.such.key: 3\n")
+    (tmp_path / "worse.mplstyle").write_bytes(b"\xff\xfe: 3\n")
+    for style, words in {
+        "dark_backgroud": "no such style .*did you mean 'dark_background'",
+        str(tmp_path / "bad.mplstyle"): "bad.mplstyle: no such key; ",
+        str(tmp_path / "worse.mplstyle"): "cannot be read as a style of Matplotlib: .*utf-8",
+    }.items():
+        with pytest.raises(InputError, match=f"--style: .*{words}"):
+            Choice(style=style)

@@ -277,7 +277,8 @@ def test_deformed_points(tmp_path):
 def test_labels(tmp_path):
     line(tmp_path, 60.0)
     run = Recording(tmp_path)
-    assert run.label("x", "length") == "x (non-dimensional)"
+    assert run.label("x", "length") == "x"
+    assert run.label("v", "potential") == "v (non-dimensional)"
     run.case = {"units": {"length": "mm"}}
     assert run.label("x", "length") == "x (mm)"
     assert run.label("t", "time") == "t"

@@ -129,7 +129,7 @@ const other = [...by("field").options].findIndex((each) => each.value === "displ
 by("field").selectedIndex = other; event(by("field"), "change"); tell.label = by("label").textContent;
 by("deformed").click(); by("rest").click(); by("home").click();
 const marks = by("marks"), box = marks.getBoundingClientRect();
-search: for (let y = 4; y < box.height; y += 8) for (let x = 4; x < box.width; x += 8) {
+search: for (let y = 4; y < box.height; y += 18) for (let x = 4; x < box.width; x += 18) {
   const at = { clientX: box.left + x, clientY: box.top + y, pointerId: 1 };
   event(marks, "pointerdown", at); event(marks, "pointerup", at);
   if (!by("curve").hidden) break search;

@@ -125,7 +125,7 @@ def test_a_front_over_an_endocardium():
 
 BAD = {
     "no column": ("x,y,time\n1,2,3\n", "has no column z"),
-    "no number": ("x,y,z,time\n1,2,3,now\n", "is no table of numbers"),
+    "no number": ("x,y,z,time\n1,2,3,now\n", "is not a table of numbers"),
     "negative": ("x,y,z,time\n0,0,2,1\n1,0,2,-1\n", re.escape("row 3 is [1.0, 0.0, 2.0, -1.0]")),
     "empty": ("x,y,z,time\n", "has no row"),
     "far": ("x,y,z,time\n0,0,0.002,1\n1000,0,2,1\n0.006,0.004,0.002,2\n", "are the units the same"),

@@ -57,6 +57,7 @@ from myostrain.mechanics import Cavities, ImposedStretch
 from myostrain.output.units import units_of
 from myostrain.run.simulation import Simulation
 from myostrain.schemes import Implicit
+from myostrain.validation import shown_in_notebook
 
 #: Bytes of a case file at most: a larger one is something else.
 MAX_FILE = 1_000_000
@@ -99,6 +100,18 @@ class Case:
     output: OutputSection
     solver: Mapping[str, Mapping[str, Any]]
     parameters: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        """Its name, its title and its sections."""
+        return f"Case({self.name}: {self.title}; {', '.join(self._sections())})"
+
+    def _sections(self) -> dict[str, str]:
+        """Sections of the case file and what they say."""
+        found = {name: value for name, value in self.parameters.items() if isinstance(value, Mapping | list)}
+        return {name: said for name, value in found.items() if (said := _said(value))}
+
+    def _repr_html_(self) -> str:
+        return shown_in_notebook(f"{self.name}: {self.title}", self._sections())
 
     @classmethod
     def from_file(cls, path: str | Path, overrides: Sequence[Assignment] = ()) -> Case:
@@ -365,3 +378,12 @@ def _whole(folder: Path, path: str, key: str) -> str:
         ) from None
     except (ValueError, OSError, RuntimeError) as error:  # a null byte, a loop of links
         raise InputError(f"{shown(path)} is not a path: {error}", key) from error
+
+
+def _said(value: Any) -> str:
+    """A section on one line."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} = {_said(each)}" for key, each in value.items() if each is not None)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_said(each) for each in value)}]"
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -28,6 +28,10 @@ def plot(
         str,
         typer.Option("--fields", metavar="F,F", help="What to draw, such as potential,stress."),
     ] = "",
+    style: Annotated[
+        str,
+        typer.Option("--style", metavar="NAME|FILE", help="A style of Matplotlib, such as dark_background."),
+    ] = "",
 ) -> None:
     """Draw the pictures of a result folder again, all or chosen ones, for the screen or a paper."""
     from myostrain.output.figures.choice import Choice
@@ -35,7 +39,7 @@ def plot(
     from myostrain.output.folder import check_path
 
     check_path(folder, "DIR")
-    wanted = Choice(_parts(formats), dpi, _moments(times), _parts(fields))
+    wanted = Choice(_parts(formats), dpi, _moments(times), _parts(fields), style)
     with _warnings_shown(True):
         for path in draw(folder, wanted):
             typer.echo(str(path))

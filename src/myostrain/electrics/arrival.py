@@ -88,7 +88,7 @@ def _read(path: Path, dim: int) -> dict[str, Array]:
             text = stream.read()
             rows = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2) if text.strip() else np.zeros((0, 1))
     except (ValueError, OSError) as error:  # of UTF-8 and of numbers
-        raise InputError(f"{path} is no table of numbers: {' '.join(str(error).split())}") from error
+        raise InputError(f"{path} is not a table of numbers: {' '.join(str(error).split())}") from error
     if not len(rows):
         raise InputError(f"{path} has no row")
     if rows.shape[1] != len(names):

@@ -11,6 +11,7 @@ from myostrain.engine import MPI, lasting
 from myostrain.errors import InputError
 from myostrain.geometry.fibres import Fibres, Microstructure, UniformFibres
 from myostrain.geometry.meshed import Meshed
+from myostrain.validation import shown_in_notebook
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +43,17 @@ class Body:
         for what, names in (("boundaries", self.meshed.boundaries), ("regions", self.meshed.regions)):
             parts += [f"{what}: {', '.join(names)}"] if names else []
         return f"Body({'; '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "dimension": self.dim,
+            "nodes": self.mesh.geometry.index_map().size_global,
+            "cells": self.cells,
+            "boundaries": ", ".join(self.meshed.boundaries),
+            "regions": ", ".join(self.meshed.regions),
+            "processes": self.comm.size,
+        }
+        return shown_in_notebook("Body", rows)
 
     @property
     def mesh(self) -> dmesh.Mesh:

@@ -20,7 +20,7 @@ from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.mechanics.handed_over import HandedOver
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.inversion import Orientation
-from myostrain.mechanics.keywords import FORMER, check_kinds
+from myostrain.mechanics.keywords import FORMER, InNotebook, check_kinds
 from myostrain.mechanics.loads import Loads
 from myostrain.mechanics.motion import Inertia, motion_of
 from myostrain.mechanics.nodal_fields import NodalFields
@@ -39,7 +39,7 @@ import numpy.typing as npt
 import ufl
 
 
-class Mechanics:
+class Mechanics(InNotebook):
     """The deforming body: finds the displacement for a given activation.
 
     The energy of the body is ∫ Jo W(F Fo⁻¹) dX + k/2 ∫ |u|² dS, under J = 1 or det Fe = 1 as ``kinematics``

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,7 +12,7 @@ from myostrain.geometry import Body
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads
 from myostrain.mechanics.supports import Supports
-from myostrain.validation import NonNegative, Positive, Share, checked
+from myostrain.validation import NonNegative, Positive, Share, checked, shown_in_notebook
 
 _SUPPORT, _LOAD = "give supports=Supports({0}=...)", "give loads=Loads({0}=...)"
 
@@ -28,6 +29,34 @@ FORMER = {
     },
     **{name: _LOAD.format(name) for name in ("pressure", "body_force")},
 }
+
+
+class InNotebook:
+    """How mechanics is shown in a notebook."""
+
+    def _repr_html_(self) -> str:
+        me: Any = self
+        rows = {
+            "body": repr(me.body),
+            "kinematics": repr(me.kinematics),
+            "material": repr(me.material),
+            "activation": f"{me._active.name}, by a {me.yields}",
+            "supports": _given(me.supports),
+            "loads": _given(me.loads),
+            "cavities": ", ".join(me.cavities.names),
+            "unknowns": me.u.function_space.dofmap.index_map.size_global * me.u.function_space.dofmap.bs,
+        }
+        return shown_in_notebook("Mechanics", rows)
+
+
+def _given(thing: Any) -> str:
+    """What of a dataclass is not its default."""
+    said = []
+    for field in dataclasses.fields(thing):
+        value = getattr(thing, field.name)
+        if value not in (None, 0.0, (), {}):
+            said.append(f"{field.name} = {value}")
+    return ", ".join(said)
 
 
 def check_kinds(given: Mapping[str, Any]) -> None:

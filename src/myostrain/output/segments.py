@@ -45,7 +45,7 @@ def segment_numbers(X: Array, rim: Array, apex: Array, axis: Array, septum: Sequ
     across = along - (along @ axis) * axis
     if not np.linalg.norm(across) > 1e-6 * np.linalg.norm(along):
         raise InputError(
-            f"{along.tolist()} is no direction across the long axis, {np.round(axis, 6).tolist()}",
+            f"{along.tolist()} is not a direction across the long axis, {np.round(axis, 6).tolist()}",
             "output.septum",
         )
     lateral = -across / np.linalg.norm(across)

@@ -92,7 +92,7 @@
     }
     gl.bindBuffer(gl.ARRAY_BUFFER, places); gl.bufferData(gl.ARRAY_BUFFER, place, gl.DYNAMIC_DRAW);
     gl.bindBuffer(gl.ARRAY_BUFFER, values); gl.bufferData(gl.ARRAY_BUFFER, value, gl.DYNAMIC_DRAW);
-    get("clock").textContent = `t = ${+data.times[frame].toPrecision(4)} ${data.timeUnit}`;
+    get("clock").textContent = `t = ${+data.times[frame].toPrecision(4)} ${data.timeUnit}`.trim();
     get("label").textContent = f.label;
     get("low").textContent = +f.low.toPrecision(3); get("high").textContent = +f.high.toPrecision(3);
     draw();

@@ -44,8 +44,12 @@ class Recording(Reader):
         return potential_range(values)
 
     def label(self, symbol: str, quantity: str) -> str:
-        """An axis label: the symbol and its unit, "non-dimensional" unless the case has ``[units]``."""
-        unit = self.units.get(quantity) if self.units else "non-dimensional"
+        """An axis label: the symbol and its unit; without ``[units]`` values say that they have none.
+
+        Lengths and times do not say it again.
+        """
+        lone = None if quantity in ("length", "time") else "non-dimensional"
+        unit = self.units.get(quantity) if self.units else lone
         return symbol if unit is None else f"{symbol} ({unit})"
 
     def rate_label(self, symbol: str, quantity: str, over: str) -> str:

@@ -56,8 +56,9 @@ _STYLE = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw in the package's style, whatever the user's settings; these are back afterwards."""
-    with matplotlib.style.context(["default", _STYLE]):
+    """Draw in the package's style, and in the one that is wanted; the user's settings are back afterwards."""
+    wanted = [choice().style] if choice().style else []
+    with matplotlib.style.context(["default", _STYLE, *wanted]):
         yield
 
 
