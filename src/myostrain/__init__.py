@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     )
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import FunctionFibres, UniformFibres, build
-    from myostrain.mechanics import Cavities, ImposedStretch, Loads, Mechanics, Supports
+    from myostrain.mechanics import Cavities, ImposedStretch, Loads, Mechanics, Supports, unloaded
     from myostrain.output.comparing import Comparison, compare
     from myostrain.output.opening import Results, open  # noqa: A004
     from myostrain.output.tips import Tip
@@ -91,6 +91,7 @@ __all__ = [
     "run_case",
     "sweep",
     "theory",
+    "unloaded",
 ]
 
 #: Where the public names are; the modules among them are not listed.
@@ -111,7 +112,7 @@ _MODULES = {
     ),
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("FunctionFibres", "UniformFibres", "build"),
-    "mechanics": ("Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports"),
+    "mechanics": ("Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports", "unloaded"),
     "output.comparing": ("Comparison", "compare"),
     "output.opening": ("Results", "open"),
     "output.tips": ("Tip",),

@@ -54,6 +54,12 @@ class ComputationError(MyostrainError, RuntimeError):
         """The same failure, with the simulated time at which it happened."""
         return type(self)(self.reason, time=time, advice=self.advice, where=self.where)
 
+    def adding(self, more: str) -> ComputationError:
+        """The same failure with more said about it; itself where there is nothing."""
+        if not more:
+            return self
+        return type(self)(f"{self.reason}; {more}", time=self.time, advice=self.advice, where=self.where)
+
 
 class Interrupted(KeyboardInterrupt):
     """A signal ended the run after a step and a checkpoint (exit status 128 + its number).

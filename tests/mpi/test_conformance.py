@@ -34,6 +34,8 @@ COARSER = {
     "slab-3d": ["geometry.spacing=1.5"],
     "ventricle-3d": ["geometry.spacing=3"],
     "heartbeat-3d": ["geometry.spacing=20", "geometry.layers=1", "circulation.preload=0.1"],
+    "heartbeat-3d-stress": ["geometry.spacing=20", "geometry.layers=1", "circulation.preload=0.1"],
+    "biventricle-3d": ["geometry.spacing=18", "circulation.preload=[0.1, 0.1]"],
     "niederer-3d": ["geometry.spacing=1.5"],
     "land-1": ["geometry.spacing=0.5"],
     "land-2": ["geometry.spacing=3"],
@@ -69,7 +71,7 @@ def shortened(name):
     """A shipped case's few first steps, as a case file's text."""
     case = Case.from_file(cases.path(name))
     step = case.time.step
-    few = 2 if name.startswith(("land-", "arostica-", "heartbeat-")) else 4
+    few = 2 if name.startswith(("land-", "arostica-", "heartbeat-", "biventricle-")) else 4
     changes = [
         *COARSER.get(name, []),
         *([] if name == "niederer-3d" else [f"mechanics.tolerance={TOLERANCE}"]),  # it is rigid

@@ -1,5 +1,7 @@
 """Numbers of pressure–volume loops in closed form, their units, and their pictures."""
 
+from types import SimpleNamespace
+
 from myostrain.output.clinical import clinical
 from myostrain.output.figures.draw import draw
 from myostrain.output.figures.loops import isovolumetric
@@ -7,6 +9,8 @@ from myostrain.output.figures.measures import since_first
 from myostrain.output.loops import loop_numbers, units_of_loops
 from myostrain.output.peaks import Peaks
 from myostrain.output.segments import KINDS
+from myostrain.sweeping.loops import draw_loops
+from myostrain.sweeping.members import Member
 
 import numpy as np
 import pytest
@@ -126,3 +130,23 @@ def test_pictures_of_segments(tmp_path):
     assert min(found[f"{name}.png"] for name in ("measures", "strains", "bullseye")) > 5000
     strains = since_first(columns, "radial")
     np.testing.assert_allclose(strains[16], (1.1 + 0.17 * time) / 1.1 - 1, rtol=1e-12)
+
+
+def test_loops_of_a_sweep(tmp_path):
+    """The last beats of runs over each other, those without cavities left out."""
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    members = []
+    for number, width in enumerate([20.0, 30.0, 40.0, None]):
+        folder = tmp_path / f"00{number}"
+        folder.mkdir()
+        write_snapshots(folder, points, np.array([[0, 1, 2, 3]]), [0.0], potential=np.zeros((1, 4)))
+        finish(folder)
+        members.append(Member(folder.name, {"circulation.preload": number}, SimpleNamespace(title="loops")))
+        if width:
+            columns = np.column_stack(ellipse([width], 50))
+            header = "time,volume_left,pressure_left"
+            np.savetxt(folder / "cavities.csv", columns, delimiter=",", header=header, comments="")
+    (tmp_path / "figures").mkdir()
+    (found,) = draw_loops(tmp_path, members)
+    assert found.stat().st_size > 5000
+    assert draw_loops(tmp_path, members[3:]) == []

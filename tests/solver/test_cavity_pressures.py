@@ -1,5 +1,6 @@
 """Pressures of cavities as unknowns: a thick sphere in closed form, Newton's order, work, bad input."""
 
+import dataclasses
 import itertools
 
 import myostrain as ms
@@ -12,6 +13,7 @@ from myostrain.mechanics.quadrature import integral
 
 import numpy as np
 import pytest
+from dolfinx import mesh as dmesh
 from scipy.integrate import quad
 
 from small_cases import ALONE
@@ -35,8 +37,7 @@ def half_sphere(circulation, spacing=4.0, preload=None, **parts):
         body,
         kinematics=Solid(),
         material=NeoHookean(mu=MU),
-        supports=ms.Supports(sliding=["base"]),
-        **parts,
+        **{"supports": ms.Supports(sliding=["base"]), **parts},
     )
 
 
@@ -189,8 +190,8 @@ def test_what_does_not_go_together():
         PrescribedVolume(volume=((0.0, 1.0), (1.0, -3.0)))
     with pytest.raises(ms.InputError, match=r"mechanics\.pressure\.endocardium: the circulation finds"):
         half_sphere(Isovolumetric(), loads=ms.Loads(pressure={"endocardium": 1.0}))
-    with pytest.raises(ms.InputError, match="begins relaxed"):
-        half_sphere(Isovolumetric(), preload=1.0, relaxation_time=0.1)
+    with pytest.raises(ms.InputError, match="begins in equilibrium with it, and rigid motions are free"):
+        half_sphere(Isovolumetric(), preload=1.0, density=1.0, supports=ms.Supports())
     with pytest.raises(ms.InputError, match="imposed stretch"):
         half_sphere(Isovolumetric(), imposed_stretch=ms.ImposedStretch())
 
@@ -200,7 +201,93 @@ def test_more_than_the_wall_bears():
     mechanics = half_sphere(PrescribedPressure(pressure=((0.0, 0.1), (1.0, 2.0))), spacing=8.0)
     mechanics.start(0.0)
     before, pressures = mechanics.u.x.array.copy(), mechanics.cavities.numbers
-    with pytest.raises(ms.ComputationError, match=r"of the change .* reached.*that the wall bears"):
+    with pytest.raises(
+        ms.ComputationError,
+        match=r"of the change .* reached.*wall of 'endocardium' held [\d.]+ at a pressure of [01]\.\d+, "
+        r"PrescribedPressure asked for a pressure of 2.*that the wall bears",
+    ):
         mechanics.solve(1.0)
     np.testing.assert_array_equal(mechanics.u.x.array, before)
     np.testing.assert_array_equal(mechanics.cavities.numbers, pressures)
+
+
+@pytest.mark.parametrize("late", [{"viscosity": 0.5}, {"density": 1.0}, {"damping": {"epicardium": 0.1}}])
+def test_preload_is_static(late):
+    """What resists motion begins with a preload as an elastic body does, at rest, and stays there."""
+    springs = {"sliding": ["base"], "robin": {"epicardium": 1e-3}}
+    damped = ms.Supports(**springs, damping=late.pop("damping", {}))
+    elastic = half_sphere(Isovolumetric(), 8.0, preload=0.2, supports=ms.Supports(**springs))
+    other = half_sphere(Isovolumetric(), 8.0, preload=0.2, supports=damped, **late)
+    for mechanics in (elastic, other):
+        mechanics.start(0.0)
+    np.testing.assert_allclose(other.u.x.array, elastic.u.x.array, atol=1e-8)
+    begun = other.cavities.values()
+    for time in (0.1, 0.3):
+        other.solve(time, order=2)
+        other.accept(time)
+    np.testing.assert_allclose(other.u.x.array, elastic.u.x.array, atol=1e-7)
+    assert other.cavities.values() == pytest.approx(begun, rel=1e-7)
+
+
+class Lost:
+    """A 0D model that has no states once a pressure is above a limit."""
+
+    cavities, states = 1, ("level",)
+
+    def __init__(self, beyond):
+        self.beyond = beyond
+
+    def initial_states(self, pressures, volumes):
+        return [0.0]
+
+    def rates(self, time, states, pressures):
+        return [self.beyond(pressures[0], states[0])], [3.0]
+
+
+def test_a_circulation_without_states_is_named():
+    """Where the 0D model is what fails, the message says so, and nothing is left changed."""
+    mechanics = half_sphere(Lost(lambda p, level: np.nan if p > 0.21 else 0.0), spacing=8.0, preload=0.2)
+    mechanics.start(0.0)
+    before = mechanics.u.x.array.copy()
+    with pytest.raises(ms.ComputationError, match="the circulation, Lost, has no states for the pressures"):
+        mechanics.solve(100.0)
+    np.testing.assert_array_equal(mechanics.u.x.array, before)
+    broken = half_sphere(Lost(lambda p, level: p / "a"), spacing=8.0, preload=0.2)
+    with pytest.raises(ms.InputError, match=r"Lost\.rates failed at t = 0: TypeError: "):
+        broken.start(0.0)
+
+
+def test_more_than_the_ventricle_holds():
+    """A volume that the wall cannot hold ends with what it held and what was asked, in words."""
+    mechanics = half_sphere(PrescribedVolume(volume=((0.0, HALF), (1.0, 1e9))), spacing=8.0)
+    mechanics.start(0.0)
+    before = mechanics.u.x.array.copy()
+    said = r"the wall of .endocardium. held [\d.e+]+ at .*, PrescribedVolume asked for a volume of 1e\+09"
+    with pytest.raises(ms.ComputationError, match=said):
+        mechanics.solve(1.0)
+    np.testing.assert_array_equal(mechanics.u.x.array, before)
+
+
+def test_a_hole_in_the_wall():
+    """Facets that were left out of the surface are no opening: it is not closed by a cone, but refused."""
+    shape = Ventricle(endocardium=(INNER, INNER), epicardium=(OUTER, OUTER), base=0.0, spacing=8.0, layers=1)
+    body = ms.build(
+        shape, EllipsoidalFibres(endocardium=shape.endocardium, epicardium=shape.epicardium), ALONE
+    )
+    tags, tag = body.meshed.facet_tags, body.meshed.boundaries["endocardium"]
+    inner = tags.find(tag)
+    low = inner[np.argmin(dmesh.compute_midpoints(body.mesh, 2, inner)[:, 2])]
+    values = np.where(tags.indices == low, 99, tags.values).astype(np.int32)
+    meshed = dataclasses.replace(body.meshed, facet_tags=dmesh.meshtags(body.mesh, 2, tags.indices, values))
+    body = dataclasses.replace(body, meshed=meshed)
+    with pytest.raises(
+        ms.InputError,
+        match=r"not closed: over a length of .* around \[.*, -\d.*\] it ends \(loop [12] of 2\)",
+    ):
+        ms.Mechanics(
+            body,
+            kinematics=Solid(),
+            material=NeoHookean(mu=MU),
+            supports=ms.Supports(sliding=["base"]),
+            cavities=ms.Cavities(("endocardium",), Isovolumetric()),
+        )

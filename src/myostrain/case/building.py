@@ -13,13 +13,16 @@ from myostrain.case.parsing import plain
 from myostrain.coupling import Electromechanics
 from myostrain.course import missed_peaks
 from myostrain.electrics import GivenPotential, Potential
-from myostrain.mechanics import Loads, Mechanics, Supports
+from myostrain.mechanics import Loads, Mechanics, Supports, unloaded
 from myostrain.mechanics.loads import components_of
 from myostrain.run.simulation import Simulation
 from myostrain.single_cell import end_state, resting_at
 from myostrain.transfer import NestedMesh, SameMesh, Transfer
 
 log = logging.getLogger("myostrain")
+
+#: Tolerance of the mechanics at least in the search for the unloaded reference.
+UNLOADED = 1e-8
 
 
 def model(case: Any, comm: Any) -> Electromechanics:
@@ -35,11 +38,26 @@ def model(case: Any, comm: Any) -> Electromechanics:
     body = geometry.build(case.geometry, case.fibres, comm)
     levels = case.potential.refinement
     size_estimate.check_refinement(case, body)
-    fine = geometry.refined(body, levels)
     if case.is_rigid:
-        return Electromechanics(_potential(case, fine, None), scheme=case.scheme)
-    mechanics = Mechanics(
-        body,
+        return Electromechanics(_potential(case, geometry.refined(body, levels), None), scheme=case.scheme)
+    parts = _mechanics(case)
+    if case.unload:
+        pressures = case.cavities.circuit().preload.tolist()
+        named = dict(zip(case.cavities.names, pressures, strict=True))
+        body = unloaded(body, named, **{**parts, "tolerance": min(UNLOADED, case.mechanics.tolerance)})
+    fine = geometry.refined(body, levels)
+    mechanics = Mechanics(body, **parts)
+    transfer: Transfer = NestedMesh(mechanics, fine) if levels else SameMesh(mechanics)
+    coupled = dict(law=case.law, scheme=case.scheme, activity=_activity(case, fine), transfer=transfer)
+    if case.drive is not None:
+        given: Any = GivenPotential(body, case.drive)
+        return Electromechanics(given, mechanics, **coupled)
+    return Electromechanics(_potential(case, fine, transfer.deformation), mechanics, **coupled)
+
+
+def _mechanics(case: Any) -> dict[str, Any]:
+    """What the mechanics of a case is made of."""
+    return dict(
         kinematics=case.kinematics,
         material=case.material,
         active=case.active,
@@ -63,12 +81,6 @@ def model(case: Any, comm: Any) -> Electromechanics:
         tolerance=case.mechanics.tolerance,
         options=case.solver.get("mechanics"),
     )
-    transfer: Transfer = NestedMesh(mechanics, fine) if levels else SameMesh(mechanics)
-    coupled = dict(law=case.law, scheme=case.scheme, activity=_activity(case, fine), transfer=transfer)
-    if case.drive is not None:
-        given: Any = GivenPotential(body, case.drive)
-        return Electromechanics(given, mechanics, **coupled)
-    return Electromechanics(_potential(case, fine, transfer.deformation), mechanics, **coupled)
 
 
 def _potential(case: Any, body: geometry.Body, deformation: Any) -> Potential:

@@ -93,6 +93,7 @@ class Case:
     kinematics: Any
     mechanics: MechanicsSection
     cavities: Cavities | None
+    unload: bool
     scheme: Any
     time: TimeSection
     probes: Mapping[str, tuple[float, ...]]
@@ -216,6 +217,7 @@ class Case:
         material = pick(part["material"], "material.model", MATERIALS, "Spring" if line else "NeoHookean")
         tied = "circulation" in data
         connected = pick(part["circulation"], "circulation.kind", CIRCULATIONS) if tied else None
+        cavities, unload = make_cavities(connected, part["circulation"]) if tied else (None, False)
         scheme = pick(part["time"], "time.scheme", SCHEMES, "second-order")
 
         for section in ("geometry", "fibres", "cell", "drive"):
@@ -279,7 +281,8 @@ class Case:
                 "mechanics",
                 also=("kinematics", "every", *(f.name for f in dataclasses.fields(kin))),
             ),
-            "cavities": make_cavities(connected, part["circulation"]) if tied else None,
+            "cavities": cavities,
+            "unload": unload,
             "kinematics": make(kin, constraint, "mechanics"),
             "scheme": make(
                 scheme,

@@ -151,8 +151,8 @@ def make_variations(given: Any, membrane: Any) -> tuple[Variation, ...]:
     return tuple(made)
 
 
-def make_cavities(connected: Any, section: Mapping[str, Any]) -> Cavities:
-    """Make the cavities of a case.
+def make_cavities(connected: Any, section: Mapping[str, Any]) -> tuple[Cavities, bool]:
+    """Make the cavities of a case, and whether its geometry is that under their preload.
 
     Args:
         connected: The class of what they are connected to.
@@ -168,7 +168,7 @@ def make_cavities(connected: Any, section: Mapping[str, Any]) -> Cavities:
     if any(field.name == "cavities" for field in dataclasses.fields(connected)):
         others["cavities"] = len(cavities)
     made = make(connected, others, "circulation", also=("kind", *names))
-    return Cavities(names=cavities, circulation=made, preload=own.preload, beats=own.beats)
+    return Cavities(names=cavities, circulation=made, preload=own.preload, beats=own.beats), own.unload
 
 
 def make_points(

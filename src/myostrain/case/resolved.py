@@ -51,7 +51,7 @@ def resolved(texts: Mapping[str, str], made: Mapping[str, Any]) -> dict[str, Any
         "activation": moving.get("activation"),
         "material": moving.get("material"),
         "mechanics": {"kinematics": word(made["kinematics"], KINEMATICS), **moving.get("mechanics", {})},
-        "circulation": _circulation(made["cavities"]),
+        "circulation": _circulation(made["cavities"], made["unload"]),
         "time": {**plain(made["time"]), "scheme": word(made["scheme"], SCHEMES), **scheme},
         "probes": plain(made["probes"]),
         "electrodes": plain(made["electrodes"]),
@@ -80,11 +80,11 @@ def _moving(made: Mapping[str, Any], kin: Mapping[str, Any], pace: Mapping[str, 
     }
 
 
-def _circulation(cavities: Cavities | None) -> dict[str, Any]:
+def _circulation(cavities: Cavities | None, unload: bool) -> dict[str, Any]:
     """What the cavities are connected to; nothing where there are none."""
     if cavities is None:
         return {}
     section = {"kind": word(cavities.circulation, CIRCULATIONS), "cavity": list(cavities.names)}
     parameters = {k: v for k, v in plain(cavities.circulation).items() if k != "cavities"}
     preload = {} if cavities.preload is None else {"preload": plain(cavities.preload)}
-    return {**section, **parameters, **preload, "beats": cavities.beats}
+    return {**section, **parameters, **preload, "beats": cavities.beats, "unload": unload}

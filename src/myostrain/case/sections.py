@@ -200,11 +200,14 @@ class CirculationSection:
             the atrium where there is one, else zero. The body begins in equilibrium with it. If volume or
             pressure are given, there is no preload.
         beats: Number of beats, of equal length, in the run; stroke volume and the like are of the last beat.
+        unload: Whether the geometry is that under the preload, as an image at end-diastole shows it: the
+            unloaded reference is found first. Its nodes are those of the results; fibres are carried back.
     """
 
     cavity: str | tuple[str, ...] = "endocardium"
     preload: NonNegative | tuple[NonNegative, ...] | None = None
     beats: Count = 1
+    unload: bool = False
 
 
 @description

@@ -57,7 +57,8 @@ class Circuit:
         begun = np.asarray(getattr(model, "preload", 0.0) if preload is None else preload, dtype=float)
         if begun.ndim and begun.shape != (self.cavities,):
             raise InputError(f"{begun.tolist()}: give one number, or {self.cavities}", "circulation.preload")
-        self._preload = np.broadcast_to(begun, (self.cavities,)).copy()
+        #: Pressure (cavities,) at the beginning.
+        self.preload: Array = np.broadcast_to(begun, (self.cavities,)).copy()
         self.clear()
 
     def clear(self) -> None:
@@ -87,7 +88,7 @@ class Circuit:
         """
         self._end = end
         if not self._times or not self.cavities:
-            return np.zeros(self.cavities) if self._prescribed else self._preload.copy()
+            return np.zeros(self.cavities) if self._prescribed else self.preload.copy()
         self._weights = backward_difference([end, *self._times[:order]])
         weights = extrapolation_weights(self._times[:2], end)
         return np.asarray(weights @ np.array(self._past_pressures[: len(weights)]))
@@ -107,15 +108,17 @@ class Circuit:
             return tuple(np.asarray(part) for part in self.model.tied(self._end, volumes, pressures))  # type: ignore[return-value]
         count = self.cavities
         if not self._times:
-            return pressures - self._preload, np.zeros((count, count)), np.eye(count)
+            return pressures - self.preload, np.zeros((count, count)), np.eye(count)
         weights, size = self._weights, len(self.names)
         past = weights[1:] @ np.array(self._past[: len(weights) - 1])
         states = self._solve(past[:size], pressures)
+        if not np.isfinite(states).all():
+            return np.full(count, np.nan), np.eye(count), np.zeros((count, count))
         _, flow, slopes = self._differentiated(states, pressures)
         by_states, by_pressures = slopes[:, :size], slopes[:, size:]
         stiff = weights[0] * np.eye(size) - by_states[:size]
         total = by_pressures[size:] + by_states[size:] @ np.linalg.solve(stiff, by_pressures[:size])
-        self._found = states if np.isfinite(states).all() else self.states
+        self._found = states
         values = volumes + (past[size:] - flow) / weights[0]
         return values, np.eye(count), -total / weights[0]
 
@@ -126,7 +129,10 @@ class Circuit:
         for _ in range(MOST):
             rates, _, slopes = self._differentiated(states, pressures)
             residual = weight * states + past - rates
-            correction = np.linalg.solve(weight * np.eye(size) - slopes[:size, :size], residual)
+            try:
+                correction = np.linalg.solve(weight * np.eye(size) - slopes[:size, :size], residual)
+            except np.linalg.LinAlgError:
+                break
             states = states - correction
             if last or size == 0:
                 return states
@@ -138,8 +144,15 @@ class Circuit:
         size, point = len(self.names), np.append(states, pressures)
 
         def values(at: Array) -> Array:
-            rates, flows = self.model.rates(self._end, at[:size], at[size:])
-            return np.append(np.asarray(rates, dtype=float), np.asarray(flows, dtype=float))
+            try:
+                rates, flows = self.model.rates(self._end, at[:size], at[size:])
+                return np.append(np.asarray(rates, dtype=float), np.asarray(flows, dtype=float))
+            except (TypeError, ValueError, ArithmeticError, IndexError, KeyError, AttributeError) as error:
+                raise InputError(
+                    f"{type(self.model).__name__}.rates failed at t = {self._end:.6g}: "
+                    f"{type(error).__name__}: {error}",
+                    "circulation.kind",
+                ) from error
 
         middle = values(point)
         slopes = np.empty((len(middle), len(point)))

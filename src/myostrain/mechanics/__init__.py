@@ -6,5 +6,6 @@ from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads
 from myostrain.mechanics.supports import Supports
+from myostrain.mechanics.unloading import unloaded
 
-__all__ = ["Bestel2001Pressure", "Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports"]
+__all__ = ["Bestel2001Pressure", "Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports", "unloaded"]

@@ -7,10 +7,10 @@ from typing import Any
 
 from myostrain.circulation import Circuit, Isovolumetric
 from myostrain.engine import compile_form, fem
-from myostrain.errors import InputError
+from myostrain.errors import ComputationError, InputError
 from myostrain.geometry import Body
 from myostrain.mechanics.active_body import ActiveBody
-from myostrain.mechanics.cavity import Cavity
+from myostrain.mechanics.cavity import Cavity, check_closed
 from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.solvers.linear import assemble_nodal
 from myostrain.state import State
@@ -112,7 +112,13 @@ class CavityPressures:
                     "the cavity",
                     "circulation.cavity",
                 )
+            check_closed(body, name, "circulation.cavity")
         self._share = 1.0
+
+    @property
+    def loaded(self) -> bool:
+        """Whether there is a preload: the body begins in equilibrium with it."""
+        return bool((self.circuit.preload > 0).any())
 
     @property
     def numbers(self) -> Array:
@@ -146,6 +152,36 @@ class CavityPressures:
     def volumes(self) -> Array:
         """The present volumes (cavities,) (collective)."""
         return np.array([cavity.volume() for cavity in self._cavities])
+
+    def check(self) -> None:
+        """Refuse a cavity that was turned inside out (collective).
+
+        Raises:
+            ComputationError: A volume is not positive.
+        """
+        for name, volume in zip(self.cavities, self.volumes(), strict=True):
+            if not volume > 0:
+                raise ComputationError(
+                    f"the walls of the cavity '{name}' went through each other, and enclose {volume:.4g}",
+                    advice="less activation, a smaller time step, or a circulation that leaves more in it.",
+                )
+
+    def said(self) -> str:
+        """What the walls reached and what the circulation asked of them, in words (collective)."""
+        volumes, pressures, who = self.volumes(), self.numbers, type(self.circuit.model).__name__
+        values, by_volumes, _ = self.circuit.tied(volumes, pressures)
+        if not np.isfinite(values).all():
+            shown = ", ".join(f"{pressure:.4g}" for pressure in pressures)
+            return f"the circulation, {who}, has no states for the pressures in the cavities, {shown}"
+        parts = []
+        for name, V, p, value, of_volume in zip(
+            self.cavities, volumes, pressures, values, by_volumes.any(axis=1), strict=True
+        ):
+            asked = f"a volume of {V - value:.4g}" if of_volume else f"a pressure of {p - value:.4g}"
+            parts.append(
+                f"the wall of '{name}' held {V:.4g} at a pressure of {p:.4g}, {who} asked for {asked}"
+            )
+        return "; ".join(parts)
 
     def begin(self, time: float) -> None:
         """Begin anew, and get ready for the preload, or what is prescribed at ``time``."""

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from myostrain.engine import compile_form, fem, lasting
+from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.geometry.checks import components
 from myostrain.mechanics.quadrature import integral
@@ -166,8 +167,51 @@ def _rims(mesh: dmesh.Mesh, facets: Indices) -> tuple[Indices, Indices, int]:
     return edges, of_edge.astype(np.int32), int(rim_of_vertex.max(initial=-1)) + 1
 
 
+def check_closed(body: Body, boundary: str, key: str) -> None:
+    """Refuse a surface with a hole: one that ends where the boundary beyond has no name (collective).
+
+    Where a base or a valve is beyond a rim, a cone is put over it. Over facets that were left out it would
+    hide that.
+
+    Args:
+        body: The reference body, a solid.
+        boundary: Name of the boundary that is the surface.
+        key: Key of a case file that names it.
+
+    Raises:
+        InputError: It has one, with its place.
+    """
+    mesh, tags = body.mesh, body.meshed.facet_tags
+    edges, of_edge, rims = _rims(mesh, body.boundary_facets([boundary], key))
+    assert tags is not None
+    others = [tags.find(tag) for name, tag in body.meshed.boundaries.items() if name != boundary]
+    beyond = np.intersect1d(np.concatenate([edges[:0], *others]), body.boundary_facets(None)).astype(np.int32)
+    bare = _facets_at_edges(mesh, beyond)[edges] == 0
+    ends = np.zeros((0, 2, 3))
+    if bare.any():
+        ends = mesh.geometry.x[dmesh.entities_to_geometry(mesh, 1, edges[bare])][:, :2]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    sums = np.zeros((rims, 4))
+    np.add.at(sums, of_edge[bare], np.column_stack([lengths[:, None] * ends.mean(axis=1), lengths]))
+    sums = lasting(mesh.comm).allreduce(sums)
+    for number, (*moment, length) in enumerate(sums, 1):
+        if length > 0:
+            place = [round(float(m / length), 4) + 0.0 for m in moment]
+            raise InputError(
+                f"'{boundary}' is the wall of a cavity that is not closed: over a length of {length:.4g} "
+                f"around {place} it ends (loop {number} of {rims}) where the boundary beyond has no name. "
+                "Give the facets there to it; if it is an opening, name what is beyond, as a base or a valve",
+                key,
+            )
+
+
 def _rim(mesh: dmesh.Mesh, facets: Indices) -> Indices:
     """Edges, of those that this process owns, that belong to one of the facets and not to two."""
+    return np.flatnonzero(_facets_at_edges(mesh, facets) == 1).astype(np.int32)
+
+
+def _facets_at_edges(mesh: dmesh.Mesh, facets: Indices) -> Array:
+    """How many of the facets each edge that this process owns belongs to."""
     topology = mesh.topology
     topology.create_entities(1)
     topology.create_connectivity(2, 1)
@@ -177,4 +221,4 @@ def _rim(mesh: dmesh.Mesh, facets: Indices) -> Indices:
     count = la.vector(edges)  # over all processes: the two facets of an edge may be on two
     np.add.at(count.array, sides.array.reshape(sides.num_nodes, -1)[owned], 1.0)
     count.scatter_reverse(la.InsertMode.add)
-    return np.flatnonzero(count.array[: edges.size_local] == 1).astype(np.int32)
+    return np.asarray(count.array[: edges.size_local]).copy()

@@ -11,7 +11,7 @@ from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
-from myostrain.mechanics.cavities import Cavities
+from myostrain.mechanics.cavities import Cavities, CavityPressures
 from myostrain.mechanics.external_forces import ExternalForces
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads, times_of, vector_at
@@ -30,7 +30,7 @@ def free_motions(
     loads: Loads,
     mixed: bool,
     motion: Drift | None,
-    cavities: Sequence[str],
+    cavities: CavityPressures,
 ) -> RigidMotions:
     """The rigid motions that supports leave free, with what is given checked against them.
 
@@ -42,10 +42,11 @@ def free_motions(
         loads: What pushes and pulls it.
         mixed: Whether a pressure is unknown.
         motion: What the balance of forces has of the motion.
-        cavities: Parts of the boundary that are walls of cavities.
+        cavities: Pressures of cavities.
 
     Raises:
-        InputError: A free body is loaded or damped without inertia, or the pressure is not determined.
+        InputError: A free body is loaded or damped without inertia, or begins loaded; or the pressure is not
+            determined.
     """
     on_springs = [
         (parts, range(body.dim) if normal is None else None) for _, parts, normal in external.springs
@@ -54,12 +55,18 @@ def free_motions(
         check_room(body, supports, holds)
     motions = RigidMotions(body, [*(([hold.part], [hold.axis]) for hold in holds), *on_springs])
     if not isinstance(motion, Inertia):
-        check_held(motions, loads, cavities)
+        check_held(motions, loads, cavities.cavities)
         if motion is not None and motions.free.shape[1]:
             raise InputError(
                 "dampers do not hold a body without inertia: fix a part, give robin > 0, or density > 0",
                 next(key for *_, key in supports.dampers()),
             )
+    elif cavities.loaded and motions.free.size:
+        raise InputError(
+            "the body begins in equilibrium with it, and rigid motions are free: fix a part of the boundary, "
+            "give robin > 0, or a preload of 0",
+            "circulation.preload",
+        )
     return motions
 
 
@@ -133,7 +140,6 @@ def check_cavities(
     kinematics: Kinematics,
     loads: Loads,
     stretch: ImposedStretch | None,
-    late: bool,
 ) -> None:
     """Refuse cavities where there are none, or whose pressures are given twice.
 
@@ -155,11 +161,6 @@ def check_cavities(
                 'kind = "pressure"',
                 f"mechanics.pressure.{part}",
             )
-    if late and cavities.preload is not None and np.any(np.asarray(cavities.preload) > 0):
-        raise InputError(
-            "a body with viscosity, dampers or inertia begins relaxed, at zero pressure: leave it out",
-            "circulation.preload",
-        )
 
 
 def check_stretch(body: Body, kinematics: Kinematics, stretch: ImposedStretch, supports: Supports) -> float:

@@ -128,7 +128,7 @@ class Mechanics(InNotebook):
         held, test = holds(body, space, supports, mixed), ufl.TestFunction(space)
         self.motion = motion_of(self.u, equations.displacement, supports, density, spectral_radius)
         residual += self.motion.inertia(equations.displacement(test)) if self.motion is not None else 0
-        check_cavities(cavities, kinematics, loads, imposed_stretch, viscous or self.motion is not None)
+        check_cavities(cavities, kinematics, loads, imposed_stretch)
         inner = () if cavities is None else cavities.names
         self.external = ExternalForces(
             body, equations, self.u, self.activation, supports, loads, held, viscous, self.motion, inner
@@ -141,7 +141,7 @@ class Mechanics(InNotebook):
             residual += equations.viscous_power(self._rate.rate, self.u, self.activation, test) * self.dx
         self._rates = [rate for rate in (self._rate, self.motion) if rate is not None]
         past = [needed for rate in self._rates for needed in rate.depends_on]
-        motions = free_motions(body, held, self.external, supports, loads, mixed, self.motion, inner)
+        motions = free_motions(body, held, self.external, supports, loads, mixed, self.motion, self.cavities)
         pins = [] if isinstance(self.motion, Inertia) else motions.pins(space, mixed)
         self.size, self.pins = motions.size, len(pins)
         self._measured, self._work = displacement_dofs(space) if mixed else None, self.u.x.array.copy()
@@ -217,8 +217,8 @@ class Mechanics(InNotebook):
     def start(self, time: float = 0.0) -> None:
         """Find the initial configuration for the present activation.
 
-        An elastic body begins in equilibrium with it (contracted where it is activated), one that is viscous,
-        damped or has inertia undeformed and at rest, a held one in its imposed stretch.
+        An elastic body, and any whose cavities have a preload, begins in equilibrium with it; another one
+        that is viscous, damped or has inertia undeformed and at rest, a held one in its imposed stretch.
 
         Raises:
             ComputationError: No equilibrium was found; the displacement is what it was.
@@ -233,7 +233,7 @@ class Mechanics(InNotebook):
         self.cavities.begin(time)
         if self.held(time):
             self._impose()
-        elif not self.jumps:
+        elif not self.jumps and not self.cavities.loaded:
             self._set_pressure()
         else:
             activation = self.activation.x.array.copy()
@@ -274,8 +274,7 @@ class Mechanics(InNotebook):
     def _equilibrate(self, time: float) -> None:
         """Solve for the activation and the loads at ``time``, in smaller jumps where one is too far."""
         begin = self.history.values[0] if self.history.values else self.u.x.array.copy()
-        past = self._past_activation.values
-        before = past[0] if past else np.zeros_like(self.activation.x.array)
+        before = next(iter(self._past_activation.values), np.zeros_like(self.activation.x.array))
         target, loads_before, loads = self.activation.x.array.copy(), self._past_loads, self.external.at(time)
 
         def jump(share: float) -> None:
@@ -284,6 +283,7 @@ class Mechanics(InNotebook):
             self.cavities.go(share)
             self.solver.solve()
             self._orientation.check()
+            self.cavities.check()
 
         try:
             jump(1.0)
@@ -294,11 +294,12 @@ class Mechanics(InNotebook):
             self.cavities.go_back()
             try:
                 follow(jump, self.u.x.array)
-            except ComputationError:
+            except ComputationError as error:
+                told = error.adding(self.cavities.said())
                 self.activation.x.array[:] = target
                 self.external.put(loads_before)
                 self.cavities.go_back()
-                raise
+                raise told from error
         self._imposed = 0.0
         if self._balance is not None:
             self._balance.check()
@@ -387,9 +388,8 @@ class Mechanics(InNotebook):
             order: Order of the extrapolation, as in :meth:`hand_over`.
         """
         self.history.extrapolate(time, order, self._work)
-        difference = self.u.x.array - self._work
         dofs = slice(0, owned_dofs(self.u.function_space)) if self._measured is None else self._measured
-        return largest(difference[dofs], self.body.comm)
+        return largest((self.u.x.array - self._work)[dofs], self.body.comm)
 
     def hand_over_present(self) -> None:
         """Write the present configuration, accepted or not, into ``handed``."""

@@ -16,6 +16,7 @@ from myostrain.output.manifest import claim, make_folder
 from myostrain.output.opening import Results
 from myostrain.output.opening import open as open_results
 from myostrain.output.reader import Reader
+from myostrain.sweeping.loops import draw_loops
 from myostrain.sweeping.members import Member, Plan, check_same, plan, read_plan
 from myostrain.sweeping.picture import choose, draw
 from myostrain.sweeping.pool import run_all
@@ -83,7 +84,7 @@ def sweep(
     """Run a case over values of its keys; each run is a process of its own and has its own folder.
 
     A run that fails is reported and left, and the others go on. ``out`` gets ``table.csv`` and ``table.nc``,
-    a row a run, and a picture of metrics.
+    a row a run, and pictures of metrics and of pressure–volume loops.
 
     Args:
         case: A named case, a case file (a text with "/" or ".toml", or a path), or a case; None goes on with
@@ -178,6 +179,7 @@ def _sweep(runs: Plan, out: Path, jobs: int, figures: bool, plot: Sequence[str],
         make_folder(out / "figures")
     about = {name: dict(variable.attrs) for name, variable in table.data_vars.items()}
     pictures = draw(rows, choose(rows, plot), about, out / "figures" / "metrics.png")
+    pictures += draw_loops(out, [member for member in runs.members if member.name not in failed])
     ordered = {name: failed[name] for name in rows.status if name in failed}
     return Sweep(out, table, runs, ordered, pictures)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from myostrain.output.figures.data import Recording
@@ -31,19 +32,13 @@ def draw_loops(recording: Recording, folder: Path) -> list[Path]:
         The files; none of a run without cavities.
     """
     table = recording.table("cavities.csv")
-    names = [key[7:] for key in table if key.startswith("volume_") and f"pressure_{key[7:]}" in table]
-    if not names or len(table["time"]) < 2:
+    names = cavities_in(table)
+    if not names:
         return []
-    units = recording.units or {}
-    volume, of_volume = VOLUMES.get(units.get("length", ""), (1.0, recording.unit("length")))
-    of_volume = f"{of_volume}³" if of_volume and volume == 1.0 and of_volume != "mL" else of_volume
-    pressure, of_pressure = PRESSURES.get(units.get("stress", ""), (1.0, recording.unit("stress")))
-    across = f"volume ({of_volume})" if of_volume else "volume"
-    up = f"pressure ({of_pressure})" if of_pressure else "pressure"
-
+    (volume, across), (pressure, up) = scales(recording)
     figure = new_figure(4.8, 4.0, recording.title)
     panel = figure.add_subplot()
-    last = table["time"] >= _last_beat(recording, table["time"])
+    last = last_beat(recording, table["time"])
     for name, colour in zip(names, COLOURS, strict=False):
         V, p = volume * table[f"volume_{name}"], pressure * table[f"pressure_{name}"]
         panel.plot(V, p, color=colour, linewidth=0.6, alpha=0.6)
@@ -117,8 +112,25 @@ def _signals(recording: Recording) -> tuple[dict[str, Array], str]:
     return ({"time": times, **found} if found else {}), recording.label("$v$", "potential")
 
 
-def _last_beat(recording: Recording, time: Array) -> float:
-    """When the last beat begins."""
+def cavities_in(table: Mapping[str, Array]) -> list[str]:
+    """Names of the cavities of which a table has volume and pressure over time."""
+    names = [key[7:] for key in table if key.startswith("volume_") and f"pressure_{key[7:]}" in table]
+    return names if names and len(table["time"]) > 1 else []
+
+
+def scales(recording: Recording) -> tuple[tuple[float, str], tuple[float, str]]:
+    """Factor and label of volumes, then of pressures."""
+    units = recording.units or {}
+    volume, of_volume = VOLUMES.get(units.get("length", ""), (1.0, recording.unit("length")))
+    of_volume = f"{of_volume}³" if of_volume and volume == 1.0 and of_volume != "mL" else of_volume
+    pressure, of_pressure = PRESSURES.get(units.get("stress", ""), (1.0, recording.unit("stress")))
+    across = f"volume ({of_volume})" if of_volume else "volume"
+    return (volume, across), (pressure, f"pressure ({of_pressure})" if of_pressure else "pressure")
+
+
+def last_beat(recording: Recording, time: Array) -> npt.NDArray[np.bool_]:
+    """Which of the times are in the last beat."""
     parameters = (recording.results or {}).get("parameters", {})
     beats = int(parameters.get("circulation", {}).get("beats", 1))
-    return float(time[0] + (time[-1] - time[0]) * (1 - 1 / beats)) - 1e-9 * float(np.ptp(time))
+    begin = float(time[0] + (time[-1] - time[0]) * (1 - 1 / beats)) - 1e-9 * float(np.ptp(time))
+    return np.asarray(time >= begin)
