@@ -346,7 +346,7 @@ class Electromechanics:
     def _stretch(self) -> Array:
         """The stretch of the present body at the potential's nodes."""
         assert self.mechanics is not None
-        return self.transfer.to_potential(self.mechanics.fibre_stretch())
+        return self.transfer.to_potential(self.mechanics.nodal.mean_fibre_stretch())
 
     def _keep_stretch(self, time: float) -> None:
         """Keep the stretch of the present body, where a law asks for it."""

@@ -180,15 +180,15 @@ class Mechanics(InNotebook):
         return self.nodal.cauchy
 
     def stress(self) -> npt.NDArray[np.float64]:
-        """The Cauchy stress at the nodes of ``activation`` (nodes, n, n), n = 3, or 1 on a line."""
+        """The Cauchy stress at the nodes of ``activation`` (nodes, n, n), n = 3, or 1 on a line, fitted."""
         return self.nodal.stress()
 
     def stress_trace(self) -> npt.NDArray[np.float64]:
-        """Trace of the Cauchy stress at the nodes of ``activation``, means over the cells around each."""
+        """Trace of the Cauchy stress at the nodes of ``activation``, fitted in the cells around each."""
         return self.nodal.stress_trace()
 
     def fibre_stretch(self) -> npt.NDArray[np.float64]:
-        """Stretch of the fibre, |F f0|, at the nodes of ``activation``, means over the cells around each."""
+        """Stretch of the fibre, |F f0|, at the nodes of ``activation``, fitted in the cells around each."""
         return self.nodal.fibre_stretch()
 
     @property

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations_with_replacement
 from typing import Any
 
 from myostrain.engine import compile_form, fem
 from myostrain.mechanics.active_body import ActiveBody
+from myostrain.mechanics.recovery import Recovery
 from myostrain.solvers.linear import assemble_nodal
 
 import numpy as np
@@ -19,9 +21,11 @@ Array = npt.NDArray[np.float64]
 
 
 class NodalFields:
-    """Means ∫ f φ dX / ∫ φ dX of fields f of the present configuration, over linear elements φ.
+    """Fields of the present configuration at the nodes of linear elements.
 
-    Forms are compiled when they are first asked for.
+    Stress and stretch are fitted (:class:`~myostrain.mechanics.recovery.Recovery`), of second order at every
+    node. What goes back into the equations are means ∫ f φ dX / ∫ φ dX over linear elements φ, which amplify
+    nothing. All is compiled when it is first asked for.
 
     Args:
         active: The equations of the body.
@@ -46,14 +50,18 @@ class NodalFields:
         self._test = ufl.TestFunction(a.function_space)
         self._weight = assemble_nodal(compile_form(self._test * dx))
         self._forms: dict[str, fem.Form | None] = {}
+        self._recovery: Recovery | None = None
+        self._fits: dict[str, Callable[[], Array]] = {}
         self._displacement: fem.Function | None = None
 
     def stress(self) -> Array:
         """The Cauchy stress (nodes, n, n), n = 3, or 1 on a line."""
         n = self._active.kinematics.tensor_dim
-        sigma = np.empty((len(self._a.x.array), n, n))
-        for i, j in combinations_with_replacement(range(n), 2):
-            sigma[:, i, j] = sigma[:, j, i] = self._mean(f"stress {i} {j}", self.cauchy[i, j])
+        pairs = list(combinations_with_replacement(range(n), 2))
+        found = self._fitted("stress", ufl.as_vector([self.cauchy[pair] for pair in pairs]))
+        sigma = np.empty((len(found), n, n))
+        for (i, j), component in zip(pairs, found.T, strict=True):
+            sigma[:, i, j] = sigma[:, j, i] = component
         return sigma
 
     def scalar(self, name: str, expression: Any) -> Array:
@@ -62,7 +70,7 @@ class NodalFields:
 
     def stress_trace(self) -> Array:
         """Trace of the Cauchy stress (nodes,)."""
-        return self._mean("stress trace", ufl.tr(self.cauchy))
+        return self._fitted("stress trace", ufl.tr(self.cauchy))[:, 0]
 
     def mean_stress_without_pressure(self) -> fem.Function:
         """Mean normal stress on the mesh's axes that energy and viscosity give, P1."""
@@ -73,8 +81,16 @@ class NodalFields:
 
     def fibre_stretch(self) -> Array:
         """Stretch of the fibre, |F f0| (nodes,)."""
+        return self._fitted("fibre stretch", self._stretch)[:, 0]
+
+    def mean_fibre_stretch(self) -> Array:
+        """Means of the stretch of the fibre (nodes,), which activation laws see."""
+        return self._mean("fibre stretch", self._stretch)
+
+    @property
+    def _stretch(self) -> Any:
         along = self._active.gradient(self._u) * self._f0
-        return self._mean("fibre stretch", ufl.sqrt(ufl.dot(along, along)))
+        return ufl.sqrt(ufl.dot(along, along))
 
     def displacement(self, values: Array | None = None) -> fem.Function:
         """The displacement as a P1 vector function; the unknown itself where that is one.
@@ -94,6 +110,14 @@ class NodalFields:
             self._displacement = fem.Function(space, name="displacement")
         self._displacement.interpolate(unknown.sub(0) if kinematics.has_pressure else unknown)
         return self._displacement
+
+    def _fitted(self, name: str, expression: Any) -> Array:
+        """Fitted values (nodes, components) of a scalar or vector, owned and ghosts."""
+        if self._recovery is None:
+            self._recovery = Recovery(self._a.function_space)
+        if name not in self._fits:
+            self._fits[name] = self._recovery.prepare(expression)
+        return self._fits[name]()
 
     def _mean(self, name: str, expression: Any) -> Array:
         """Nodal means of a scalar, owned and ghosts."""
