@@ -11,6 +11,7 @@ from myostrain.mechanics.nodal_fields import NodalFields
 from myostrain.mechanics.recovery import Recovery
 
 import numpy as np
+import pytest
 import ufl
 
 from small_cases import ALONE
