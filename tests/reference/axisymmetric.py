@@ -182,12 +182,13 @@ def solve(body, given, layers, along, degree=3, step=0.25, quadrature=None):
 
 
 def ramp(residual, w, conditions, load, step):
-    """Raise the load from 0 to 1, a failed step halved; each step begins on the secant of the last two."""
+    """Raise the load from 0 to 1, failed steps halved, later ones longer; each begins on the secant of two."""
     tangent = fem.form(ufl.derivative(residual, w))
     residual = fem.form(residual)
     A, b, dw = petsc.create_matrix(tangent), fem.Function(w.function_space), fem.Function(w.function_space)
     fixed = np.unique(np.concatenate([condition.dof_indices()[0] for condition in conditions]))
     extent = 50.0
+    largest = max(step, 0.1)
     done, before, last = 0.0, w.x.array.copy(), 0.0
     while done < 1:
         target, start = min(1.0, done + step), w.x.array.copy()
@@ -210,11 +211,11 @@ def ramp(residual, w, conditions, load, step):
             solver.destroy()
             w.x.array[:] -= dw.x.array
             size = np.abs(dw.x.array).max()
-            if not size < extent or size < 1e-8:
+            if not size < extent or size < 1e-7:
                 break
-        if size < 1e-8:
-            before, last, done = start, done, target
+        if size < 1e-7:
+            before, last, done, step = start, done, target, min(1.5 * step, largest)
             continue
         w.x.array[:], step = start, step / 2
-        if step < 1e-3:
+        if step < 1e-4:
             raise RuntimeError(f"no equilibrium beyond {done:.1%} of the load")
