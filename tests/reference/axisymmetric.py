@@ -182,7 +182,7 @@ def solve(body, given, layers, along, degree=3, step=0.25, quadrature=None):
 
 
 def ramp(residual, w, conditions, load, step):
-    """Raise the load from 0 to 1, failed steps halved, later ones longer; each begins on the secant of two."""
+    """Raise the load from 0 to 1, steps halved where one fails; each begins on the secant of the last two."""
     tangent = fem.form(ufl.derivative(residual, w))
     residual = fem.form(residual)
     A, b, dw = petsc.create_matrix(tangent), fem.Function(w.function_space), fem.Function(w.function_space)

@@ -30,6 +30,7 @@ NUMERICS = (
     *("name.", "title.", "cost.", "units.", "output.", "probes.", "electrodes.", "solver."),
     *(
         "geometry.spacing.",
+        "geometry.order.",
         "geometry.layers.",
         "potential.refinement.",
         "potential.mass.",
