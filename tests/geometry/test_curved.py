@@ -96,3 +96,22 @@ def test_a_wrong_order_is_refused():
     """Ventricle, order: 1 or 2."""
     with pytest.raises(InputError, match="order"):
         Ventricle(order=3)
+
+
+def test_depth_by_laplace():
+    """EllipsoidalFibres, depth_by: around the equator the harmonic depth is about that of a cylinder,
+    ln(r/7)/ln(10/7), which at the middle of the wall is 0.044 more than that of the ellipsoids."""
+    fibres = EllipsoidalFibres(helix=(60.0, -60.0), depth_by="laplace")
+    body = build(Ventricle(spacing=3.0, layers=2, order=2), fibres, MPI.COMM_SELF)
+    points = QuadraturePoints(body.mesh, 2)
+    x = points.values(ufl.SpatialCoordinate(body.mesh))().reshape(-1, 3)
+    f = points.values(body.f0)().reshape(-1, 3)
+    r = np.hypot(x[:, 0], x[:, 1])
+    around = np.stack([-x[:, 1], x[:, 0], 0 * r], axis=1) / r[:, None]
+    near = (np.abs(x[:, 2]) < 2) & (r > 8.2) & (r < 8.8)
+    angle = np.degrees(np.arctan2(f[:, 2], (f * around).sum(axis=1)))
+    depth = (60 - angle[near]) / 120
+    cylinder = np.log(r[near] / 7) / np.log(10 / 7)
+    assert near.sum() > 20
+    assert np.mean(depth - cylinder) == pytest.approx(0, abs=0.02)  # measured 0.014
+    assert np.mean(depth - (r[near] - 7) / 3) == pytest.approx(0.058, abs=0.01)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import InputError
 from myostrain.geometry.ellipsoids import Axis, roll
 from myostrain.geometry.fibres import Microstructure
+from myostrain.geometry.harmonic import harmonic
 from myostrain.geometry.meshed import Meshed
 from myostrain.validation import Finite, Positive, description
 
@@ -42,6 +43,9 @@ class EllipsoidalFibres:
         helix: α at endocardium and epicardium, degrees.
         sheet: β at endocardium and epicardium, degrees.
         axis: The long axis, as that of the geometry.
+        depth_by: What the depth t is: that of the ellipsoid through the point, or the harmonic function that
+            is 0 at "endocardium" and 1 at "epicardium", as in R. Aróstica and others, Comput. Methods Appl.
+            Mech. Eng. 435 (2025) 117485, doi 10.1016/j.cma.2024.117485, by their public toolkit.
     """
 
     endocardium: tuple[Positive, Positive] = (7.0, 17.0)
@@ -49,6 +53,7 @@ class EllipsoidalFibres:
     helix: tuple[Finite, Finite] = (90.0, -90.0)
     sheet: tuple[Finite, Finite] = (0.0, 0.0)
     axis: Axis = "z"
+    depth_by: Literal["ellipsoids", "laplace"] = "ellipsoids"
 
     def depth(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """The depth t of points (3, n), by Newton's method; not finite where there is none."""
@@ -81,9 +86,15 @@ class EllipsoidalFibres:
                 f"{list(self.epicardium)} is not larger than the endocardium's {list(self.endocardium)}",
                 "fibres.epicardium",
             )
-        depth = fem.Function(fem.functionspace(mesh, ("Lagrange", 2)), name="depth")
-        depth.interpolate(self.depth)
         self._check(mesh)
+        space = fem.functionspace(mesh, ("Lagrange", 2))
+        if self.depth_by == "laplace":
+            sides = [meshed.facets([name], "fibres.depth_by") for name in ("endocardium", "epicardium")]
+            nodes = [fem.locate_dofs_topological(space, 2, side) for side in sides]
+            depth = harmonic(space, [(0.0, nodes[0]), (1.0, nodes[1])])
+        else:
+            depth = fem.Function(space, name="depth")
+            depth.interpolate(self.depth)
         # Flat facets reach into the cavity a little; the fibre does not turn on there.
         inside = ufl.max_value(0.0, ufl.min_value(depth, 1.0))
         a, c = (
