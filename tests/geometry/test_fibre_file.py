@@ -149,11 +149,11 @@ def test_directions_of_any_length(tmp_path):
 
 
 def test_other_formats(tmp_path):
-    """FileFibres docstring: "Two formats": others are refused by naming these, not by a word on pickle."""
+    """FileFibres docstring: "Four formats": others are refused by naming these, not by a word on pickle."""
     meshed = Rectangle(size=(1.0, 1.0), spacing=1.0).mesh(ALONE)
-    (tmp_path / "f.lon").write_text("1\n1 0 0\n0 1 0\n")
-    message = refusal(tmp_path / "f.lon", meshed)
-    assert all(word in message for word in (".msh", ".npz", "openCARP", "'points'"))
+    (tmp_path / "f.dat").write_text("1\n1 0 0\n0 1 0\n")
+    message = refusal(tmp_path / "f.dat", meshed)
+    assert all(word in message for word in (".msh", ".npz", ".lon of openCARP", ".vtu", "'points'"))
     np.save(tmp_path / "f.npy", np.eye(2))
     assert ".npz" in refusal(tmp_path / "f.npy", meshed)
     shutil.copy(tmp_path / "f.npy", tmp_path / "f.npz")

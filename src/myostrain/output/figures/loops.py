@@ -89,11 +89,11 @@ def draw_loops(recording: Recording, folder: Path) -> list[Path]:
         for (name, values), colour in zip(signals.items(), COLOURS, strict=False):
             panel.plot(times[within], values[within], color=colour, linewidth=0.9, label=plain(name))
         panel.set(ylabel=label)
-        panel.legend(fontsize=7, loc="upper right")
+        panel.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
     above.set(ylabel=up)
     middle.set(ylabel=across)
     (below or [middle])[-1].set(xlabel=recording.label("$t$", "time"))
-    above.legend(fontsize=7, loc="upper right")
+    above.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return [*written, save(figure, folder / "wiggers.png")]
 
 

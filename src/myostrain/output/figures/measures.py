@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.style import COLOURS, GREY, new_figure, plain, save, symmetric_range
@@ -18,6 +20,12 @@ from matplotlib import colormaps
 Array = npt.NDArray[np.float64]
 
 STRAINS = ("longitudinal", "circumferential", "radial")
+
+#: Letters in a line of a panel's title.
+TITLE = 36
+
+#: Changes of less than this share of a value are not shown as changes.
+LEAST = 1e-3
 
 #: What has pictures of its own, or the sum of which is there.
 ELSEWHERE = re.compile(r"time|(volume|pressure|reaction)_.*|.*(?<!_)_\d+|(?!apex_).*_strain")
@@ -65,13 +73,22 @@ def _over_time(recording: Recording, shown: Mapping[str, Array], time: Array, fo
         about = attributes(name, recording.units or {}, recording.dim)
         unit = about.get("units", "1")
         panel.plot(time, values, color=COLOURS[0])
-        panel.set_title(plain(about["long_name"] + (f" ({unit})" if unit != "1" else "")), fontsize=8)
+        words = about["long_name"] + (f" ({unit})" if unit != "1" else "")
+        panel.set_title(plain(textwrap.fill(words, TITLE)), fontsize=8)
         panel.margins(x=0)
+        _widen(panel, values)
     for panel in panels[len(shown) :]:
         panel.set_axis_off()
     for panel in panels[-columns:]:
         panel.set(xlabel=recording.label("$t$", "time"))
     return save(figure, folder / "measures.png")
+
+
+def _widen(panel: Any, values: Array) -> None:
+    """Show what hardly changes as what hardly changes."""
+    middle, least = (values.max() + values.min()) / 2, LEAST * np.abs(values).max()
+    if np.ptp(values) < least:
+        panel.set_ylim(middle - least, middle + least)
 
 
 def _strains(recording: Recording, strains: Mapping[str, Array], time: Array, folder: Path) -> Path:
