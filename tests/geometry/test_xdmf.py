@@ -205,13 +205,13 @@ def test_wrong_numbers(copy, array, statement, words):
         ('Name="halves" GridType', 'Name="mesh" GridType', "2 grids called 'mesh'"),
         ("block.h5:", "nothing.h5:", "there is no file"),
         ("block.h5:", "/dev/zero:", "a device"),
-        ("block.h5:", "block.xdmf:", "no HDF5 file"),
+        ("block.h5:", "block.xdmf:", "not an HDF5 file"),
         ("/Mesh/mesh/topology", "/Mesh/mesh", "cannot be read"),
         ("/Mesh/mesh/topology", "", "cannot be read"),
         ('TopologyType="Tetrahedron"', 'TopologyType="Mixed"', "kind mixed"),
         ('TopologyType="Tetrahedron"', 'TopologyType="Triangle"', "triangles of 4 nodes"),
         ("DataItem", "Item", "has no Topology/DataItem"),
-        ('<?xml version="1.0"?>', '<?xml version="1.0" encoding="nonsense"?>', "no XDMF file"),
+        ('<?xml version="1.0"?>', '<?xml version="1.0" encoding="nonsense"?>', "not an XDMF file"),
     ],
 )
 def test_wrong_text(copy, old, new, words):

@@ -137,7 +137,7 @@ def test_torsion_of_a_twisted_shell(shell):
 
 def test_bad_septum(shell):
     """A direction along the axis; a body that is no left ventricle."""
-    with pytest.raises(InputError, match=r"^output\.septum: .*no direction across the long axis"):
+    with pytest.raises(InputError, match=r"^output\.septum: .*not a direction across the long axis"):
         Measures(shell, (0.0, 0.0, 2.0))
     slab = ms.build(
         ms.geometry.Slab(size=(2.0, 1.0, 1.0), spacing=1.0), ms.UniformFibres(direction=(1, 0, 0)), ALONE
