@@ -169,13 +169,13 @@ def bending_errors(spacing):
 def test_stress_free_bending():
     """README, closed forms: fibres along Y and γ(X) = (2aX + b)/a² − 1 bend a free body into x = r (cos
     θ, sin θ), r = √(2aX + b), θ = Y/a, without stress in the plane, p = μ: P2-P1 with orders 3, 2, 2. The
-    nodal stress is a mean over the cells around a node (Mechanics.stress_trace): of second order inside,
-    first at the boundary.
+    nodal stress is fitted in the cells around a node (Mechanics.stress_trace) and tends to second order
+    (measured: 1.56, 1.72), where means had the first at the boundary.
     """
     errors = [bending_errors(h) for h in (1 / 4, 1 / 8, 1 / 16)]
     measured = orders(errors)
     for order, (low, high) in zip(
-        measured[-1], [(2.9, 3.3), (1.9, 2.1), (1.7, 2.2), (0.9, 1.1)], strict=True
+        measured[-1], [(2.9, 3.3), (1.9, 2.1), (1.7, 2.2), (1.6, 2.1)], strict=True
     ):
         assert low < order < high, measured
     assert errors[-1][0] < 5e-5
