@@ -4,6 +4,7 @@ import dataclasses
 
 import myostrain as ms
 from myostrain.membranes.reaction import Reaction, Step
+from myostrain.membranes.variants import variant
 from myostrain.pointwise import compiler
 
 import numpy as np
@@ -125,6 +126,13 @@ def test_compiled_or_not(request):
     request.getfixturevalue("without_compiler")
     _, interpreted = end(TTP(), said)
     np.testing.assert_allclose(compiled, interpreted, rtol=1e-9, atol=1e-12)
+
+
+def test_a_number_that_makes_the_numbers_those_of_another_set():
+    """M differs from EPI by this one only; it is given on purpose, unlike all those of a resolved case."""
+    made = variant(TTP(), {"g_Ks": 0.098}, "cell.variation")
+    assert (made.set, made.g_Ks, made.g_to) == ("EPI", 0.098, TTP().g_to)
+    assert variant(TTP(g_Ks=0.5), {"g_to": 0.1}, "cell.variation").g_Ks == 0.5
 
 
 def test_later_ones_win_parameter_by_parameter():

@@ -10,6 +10,7 @@ from typing import Any
 
 from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.membranes.files import FileMembrane
+from myostrain.membranes.parameter_sets import without_the_sets
 from myostrain.validation import InvalidDescription, plain_words
 
 import numpy as np
@@ -99,7 +100,9 @@ def variant(membrane: Any, changed: Mapping[str, Any], key: str) -> Any:
         if isinstance(membrane, FileMembrane):
             made: Any = dataclasses.replace(membrane, parameters={**membrane.parameters, **changed})
         elif dataclasses.is_dataclass(membrane) and not isinstance(membrane, type):
-            made = dataclasses.replace(membrane, **changed)
+            # Numbers of the body's set are left out: one that changes may make them those of another set.
+            held = {f.name: getattr(membrane, f.name) for f in dataclasses.fields(membrane) if f.init}
+            made = type(membrane)(**{**without_the_sets(type(membrane), held), **changed})
         else:
             made = copy.copy(membrane)
             for name, value in changed.items():
