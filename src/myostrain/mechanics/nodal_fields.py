@@ -122,8 +122,9 @@ class NodalFields:
     def _mean(self, name: str, expression: Any) -> Array:
         """Nodal means of a scalar, owned and ghosts."""
         if name not in self._forms:
-            plain = expand_indices(expand_derivatives(expression))
-            zero = isinstance(plain, Zero)  # of which there is no form, as E across a sheet in plane strain
+            # Of zero, as E across a sheet in plane strain, there is no form. A solid takes minutes to expand.
+            sheet = self._active.kinematics.dim < 3
+            zero = sheet and isinstance(expand_indices(expand_derivatives(expression)), Zero)
             self._forms[name] = None if zero else compile_form(expression * self._test * self._dx)
         form = self._forms[name]
         return np.zeros(len(self._weight)) if form is None else assemble_nodal(form) / self._weight
