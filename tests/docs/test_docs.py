@@ -97,6 +97,12 @@ def test_cited_equations_exist(page):
         assert 1 <= number <= EQUATIONS.get(section, 0), f"({section}.{number})"
 
 
+def test_nothing_is_left_to_fill_in():
+    """A page has its numbers, not the marks of a draft."""
+    marks = {page: re.findall(r"@[A-Z]+\b|\b(?:TODO|TBD|FIXME|XXX)\b", text(page)) for page in PAGES}
+    assert {page: found for page, found in marks.items() if found} == {}
+
+
 def extension(name):
     spec = importlib.util.spec_from_file_location(name, DOCS / "extensions" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
