@@ -155,7 +155,6 @@ class Other(Rossi2014):
         (Rossi2014(), None, "a given potential has none"),
         (Rossi2014(), Millimolar(calcium_unit=None), "takes the calcium in μM, and .* without a unit"),
         (Rossi2014(), Millimolar(calcium_unit="μmol/g"), "takes the calcium in μM, .* in 'μmol/g'"),
-        (Rossi2014(), Millimolar(time_unit="beats"), "takes the time in ms, .* in 'beats'"),
         (GoektepeKuhl2010(), FHN, "takes the potential in mV, and this membrane has it without a unit"),
         (Strange(), BOCF, "give units by driver"),
         (Other(), BOCF, "'calcum', which does not drive it; did you mean 'calcium'"),

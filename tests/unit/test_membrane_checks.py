@@ -87,6 +87,10 @@ WRONG = {
         r"Mine\.rates failed: ValueError",
     ),
     "a unit by number": (changed(time_unit=3), r'Mine\.time_unit is 3; give a text, such as "ms"'),
+    "a time in parsec": (
+        changed(time_unit="parsec"),
+        r"""Mine\.time_unit is 'parsec'; a membrane counts time in "ms", in "s", or has None""",
+    ),
     "a stimulus in a word": (changed(pacing="strong"), r"Mine\.pacing is 'strong'; give strength"),
     "a stimulus without end": (changed(pacing=(1.0,)), r"Mine\.pacing is \(1\.0,\); give strength"),
     "another shape": (

@@ -13,6 +13,9 @@ import numpy as np
 
 KEY = "cell.model"
 
+#: Units of time that a membrane may count in; None is without dimension.
+TIME_UNITS = (None, "ms", "s")
+
 #: Nodes of the sample on which a model is tried; not one of them is a likely threshold.
 SAMPLE = 7
 
@@ -84,11 +87,17 @@ def check_membrane(membrane: Any) -> None:
 
 
 def _declared(membrane: Any, name: str) -> None:
-    """Refuse units that are no texts, and a stimulus that is none."""
+    """Refuse units that are no texts, a time in others than ms and s, and a stimulus that is none."""
     for what in ("time_unit", "potential_unit", "calcium_unit"):
         unit = getattr(membrane, what, None)
         if not (unit is None or (isinstance(unit, str) and unit)):
             raise InputError(f'{name}.{what} is {unit!r}; give a text, such as "ms", or None', KEY)
+    if (unit := getattr(membrane, "time_unit", None)) not in TIME_UNITS:
+        raise InputError(
+            f'{name}.time_unit is {unit!r}; a membrane counts time in "ms", in "s", or has None, without '
+            "dimension: convert its rates and its current to one of them",
+            KEY,
+        )
     pacing = getattr(membrane, "pacing", None)
     if pacing is not None and not (_are_numbers(pacing, (2,)) and pacing[1] > 0):
         raise InputError(

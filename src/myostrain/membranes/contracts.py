@@ -20,7 +20,7 @@ class Membrane(Protocol):
 
     Attributes:
         states: Names of the state variables; none for a model of the potential alone.
-        time_unit: Unit of time, such as "ms"; None for a non-dimensional model.
+        time_unit: Unit of time, "ms" or "s"; None for a non-dimensional model.
         potential_unit: Unit of the potential, such as "mV"; None for a non-dimensional model.
         range: Lowest and highest potential to expect: what pictures show, and over what activation laws are
             judged.
