@@ -2,6 +2,7 @@
 
 import myostrain as ms
 from myostrain.activation import FibreTension, GoektepeKuhl2010, Hunter1998, Rossi2014, Timed
+from myostrain.mechanics.nodal_fields import NodalFields
 from myostrain.transfer import SameMesh
 
 import numpy as np
@@ -83,8 +84,8 @@ def test_the_stretch_at_the_nodes(name, levels):
 def test_a_law_without_the_stretch_pays_nothing(monkeypatch):
     """The stretch is assembled only where a law declares it."""
     asked = []
-    original = ms.Mechanics.fibre_stretch
-    monkeypatch.setattr(ms.Mechanics, "fibre_stretch", lambda self: asked.append(1) or original(self))
+    original = NodalFields.mean_fibre_stretch
+    monkeypatch.setattr(NodalFields, "mean_fibre_stretch", lambda self: asked.append(1) or original(self))
     body = ms.build(ms.geometry.Line(length=3.0))
     for law, wanted in ((ms.activation.Proportional(), 0), (Seen(), 4)):
         asked.clear()

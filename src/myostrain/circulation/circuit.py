@@ -37,6 +37,7 @@ class Circuit:
         pressures: Pressures (cavities,) at the last accepted time; zero before.
         volumes: The volumes (cavities,) that the model has then; None before.
         states: The states (states,) then.
+        lost: Pressures (cavities,) without states in the present step; None if there are none.
     """
 
     def __init__(self, model: Circulation | Prescribed, preload: float | Array | None = None) -> None:
@@ -67,6 +68,7 @@ class Circuit:
         self._past: list[Array] = []  # by time, states and volumes, newest first
         self._past_pressures: list[Array] = []
         self._weights, self._end = np.zeros(0), 0.0
+        self.lost: Array | None = None
         self._found = self.states = np.zeros(len(self.names))
 
     @property
@@ -86,7 +88,7 @@ class Circuit:
             end: Simulated time.
             order: Order of the backward difference, 1 or 2.
         """
-        self._end = end
+        self._end, self.lost = end, None
         if not self._times or not self.cavities:
             return np.zeros(self.cavities) if self._prescribed else self.preload.copy()
         self._weights = backward_difference([end, *self._times[:order]])
@@ -113,6 +115,7 @@ class Circuit:
         past = weights[1:] @ np.array(self._past[: len(weights) - 1])
         states = self._solve(past[:size], pressures)
         if not np.isfinite(states).all():
+            self.lost = pressures.copy()
             return np.full(count, np.nan), np.eye(count), np.zeros((count, count))
         _, flow, slopes = self._differentiated(states, pressures)
         by_states, by_pressures = slopes[:, :size], slopes[:, size:]
@@ -144,15 +147,7 @@ class Circuit:
         size, point = len(self.names), np.append(states, pressures)
 
         def values(at: Array) -> Array:
-            try:
-                rates, flows = self.model.rates(self._end, at[:size], at[size:])
-                return np.append(np.asarray(rates, dtype=float), np.asarray(flows, dtype=float))
-            except (TypeError, ValueError, ArithmeticError, IndexError, KeyError, AttributeError) as error:
-                raise InputError(
-                    f"{type(self.model).__name__}.rates failed at t = {self._end:.6g}: "
-                    f"{type(error).__name__}: {error}",
-                    "circulation.kind",
-                ) from error
+            return np.append(*self._rates(self._end, at[:size], at[size:]))
 
         middle = values(point)
         slopes = np.empty((len(middle), len(point)))
@@ -161,6 +156,17 @@ class Circuit:
             moved[i] += step
             slopes[:, i] = (values(moved) - middle) / step
         return middle[:size], middle[size:], slopes
+
+    def _rates(self, time: float, states: Array, pressures: Array) -> tuple[Array, Array]:
+        """Rates and flows of the model, whatever a user's own one does."""
+        try:
+            rates, flows = self.model.rates(time, states, pressures)
+            return np.asarray(rates, dtype=float), np.asarray(flows, dtype=float)
+        except (TypeError, ValueError, ArithmeticError, IndexError, KeyError, AttributeError) as error:
+            name, kind = type(self.model).__name__, type(error).__name__
+            raise InputError(
+                f"{name}.rates failed at t = {time:.6g}: {kind}: {error}", "circulation.kind"
+            ) from error
 
     def accept(self, time: float, volumes: Array, pressures: Array) -> None:
         """Take these volumes and pressures (cavities,) as those at ``time``.
@@ -192,7 +198,7 @@ class Circuit:
                 f"states {list(self.names)}",
                 "circulation.kind",
             )
-        rates, flows = (np.asarray(part) for part in self.model.rates(time, states, pressures))
+        rates, flows = self._rates(time, states, pressures)
         if rates.shape != states.shape or flows.shape != (self.cavities,):
             raise InputError(
                 f"{name}.rates() gives shapes {rates.shape} and {flows.shape}; give the rates of "

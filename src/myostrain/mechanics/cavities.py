@@ -168,12 +168,16 @@ class CavityPressures:
 
     def said(self) -> str:
         """What the walls reached and what the circulation asked of them, in words (collective)."""
+        if not self.cavities:
+            return ""
         volumes, pressures, who = self.volumes(), self.numbers, type(self.circuit.model).__name__
         values, by_volumes, _ = self.circuit.tied(volumes, pressures)
-        if not np.isfinite(values).all():
-            shown = ", ".join(f"{pressure:.4g}" for pressure in pressures)
-            return f"the circulation, {who}, has no states for the pressures in the cavities, {shown}"
         parts = []
+        if self.circuit.lost is not None:
+            shown = ", ".join(f"{pressure:.4g}" for pressure in self.circuit.lost)
+            parts = [f"the circulation, {who}, has no states for the pressures in the cavities, {shown}"]
+            if not np.isfinite(values).all():
+                return parts[0]
         for name, V, p, value, of_volume in zip(
             self.cavities, volumes, pressures, values, by_volumes.any(axis=1), strict=True
         ):

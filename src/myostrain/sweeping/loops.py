@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from myostrain.output.figures.data import Recording
 from myostrain.output.figures.loops import cavities_in, last_beat, scales
 from myostrain.output.figures.style import COLOURS, SEQUENTIAL, new_figure, plain, save, style
+from myostrain.output.reader import Reader
 from myostrain.sweeping.members import Member
 
 import numpy as np
@@ -29,7 +29,7 @@ def draw_loops(folder: Path, members: Sequence[Member]) -> list[Path]:
     """
     found = []
     for member in members:
-        table = (recording := Recording(folder / member.name)).table("cavities.csv")
+        table = (recording := Reader(folder / member.name)).table("cavities.csv")
         if names := cavities_in(table):
             found.append((member, recording, table, names))
     if not found:

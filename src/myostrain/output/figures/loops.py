@@ -7,6 +7,7 @@ from pathlib import Path
 
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.style import COLOURS, GREY, new_figure, plain, save
+from myostrain.output.reader import Reader
 
 import numpy as np
 import numpy.typing as npt
@@ -118,7 +119,7 @@ def cavities_in(table: Mapping[str, Array]) -> list[str]:
     return names if names and len(table["time"]) > 1 else []
 
 
-def scales(recording: Recording) -> tuple[tuple[float, str], tuple[float, str]]:
+def scales(recording: Reader) -> tuple[tuple[float, str], tuple[float, str]]:
     """Factor and label of volumes, then of pressures."""
     units = recording.units or {}
     volume, of_volume = VOLUMES.get(units.get("length", ""), (1.0, recording.unit("length")))
@@ -128,7 +129,7 @@ def scales(recording: Recording) -> tuple[tuple[float, str], tuple[float, str]]:
     return (volume, across), (pressure, f"pressure ({of_pressure})" if of_pressure else "pressure")
 
 
-def last_beat(recording: Recording, time: Array) -> npt.NDArray[np.bool_]:
+def last_beat(recording: Reader, time: Array) -> npt.NDArray[np.bool_]:
     """Which of the times are in the last beat."""
     parameters = (recording.results or {}).get("parameters", {})
     beats = int(parameters.get("circulation", {}).get("beats", 1))
