@@ -4,7 +4,7 @@ import json
 from unittest import mock
 
 import myostrain as ms
-from myostrain import Case
+from myostrain import Case, conduction, single_cell  # both, before a test replaces what one has of the other
 from myostrain.single_cell.record import end_state
 
 import numpy as np
@@ -75,8 +75,8 @@ def test_wrong_input(tmp_path, arguments, message):
 def test_a_folder_that_cannot_be_made_is_said_before_the_work(tmp_path, monkeypatch, command):
     """Not after all beats; nothing is left where the folder would have been."""
     (tmp_path / "file").touch()
-    for package in ("single_cell", "conduction"):
-        monkeypatch.setattr(f"myostrain.{package}.{'cable' if package == 'conduction' else 'cell'}", None)
+    monkeypatch.setattr(single_cell, "cell", None)
+    monkeypatch.setattr(conduction, "cable", None)
     for out in ("/proc/new", tmp_path / "file" / "new"):
         done = command_line(command, "MitchellSchaeffer2003", "--out", out)
         assert done.status == 2, done.err
@@ -91,6 +91,25 @@ def test_a_file_declares_no_stimulus(tmp_path):
     done = command_line("cell", tmp_path / "cell.ode", "--out", tmp_path / "out")
     assert done.status == 2
     assert "--set stimulus.strength=40 --set stimulus.duration=1" in done.err
+
+
+def test_a_file_whose_stimulus_is_named(tmp_path):
+    """docs/howto/cell-files.md: `--set 'stimulus=["i_pulse"]'`; `pacing` is what paces it then."""
+    text = """parameters(g=1.0)
+states(v=-80.0)
+i_pulse = Conditional(Lt(time, 1), 40, 0)
+dv_dt = -g*(v + 80)*0.01 + i_pulse
+"""
+    (tmp_path / "named.ode").write_text(text, encoding="utf-8")
+    short = ("--beats", "1", "--cycle", "5", "--step", "0.5", "--set", "pacing=[40.0, 1.0]")
+    command = ("cell", tmp_path / "named.ode", *short)
+    refused = command_line(*command, "--out", tmp_path / "a")
+    assert (refused.status, "name it: stimulus = [...]" in refused.err) == (2, True)
+    done = command_line(*command, "--set", 'stimulus=["i_pulse"]', "--out", tmp_path / "b")
+    assert done.status == 0, done.err
+    found = json.loads((tmp_path / "b" / "results.json").read_text())
+    assert found["parameters"]["stimulus"] == ["i_pulse"]
+    assert found["peak"] == pytest.approx(-80 + 40 * (1 - np.exp(-0.01)) / 0.01, abs=0.5)
 
 
 def test_another_file_is_no_cell_to_begin_with(tmp_path):

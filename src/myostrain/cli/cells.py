@@ -54,7 +54,9 @@ def _asked(model: str, overrides: list[str] | None) -> tuple[Any, tuple[float, f
     override(values, overrides or [])
     if model in CELLS and isinstance(values.get("cell"), dict):  # as a case has it: cell.g_Na=5
         values = {**values.pop("cell"), **values}
-    stimulus = values.pop("stimulus", {})
+    # A list names a file's own stimulus; strength and duration are those of the pulses that pace.
+    names = isinstance(values.get("stimulus"), list) and model not in CELLS
+    stimulus = {} if names else values.pop("stimulus", {})
     membrane = membrane_of(model, values)
     known = ("strength", "duration")
     if not isinstance(stimulus, dict) or not set(stimulus) <= set(known):
