@@ -8,6 +8,7 @@ from typing import Any
 
 from myostrain.electrics.front import Front, Values
 from myostrain.engine import MPI
+from myostrain.errors import InputError
 from myostrain.state import FieldState, State
 
 import numpy as np
@@ -196,3 +197,29 @@ def values_of(rows: list[FieldState]) -> Values:
     """The potential and the states that :func:`fields` made fields of."""
     v, *states = (row.values for row in rows)
     return v.copy(), np.array(states).reshape(-1, len(v))
+
+
+def check_amounts(membrane: Any, integrator: Any, multistep: bool, reaction: str) -> None:
+    """Refuse what does not balance the amount of a state where the volume changes.
+
+    Args:
+        membrane: A membrane with such a state.
+        integrator: How its states advance.
+        multistep: Whether that is by differences over past values.
+        reaction: "nodal" or "interpolated".
+
+    Raises:
+        InputError: The amount of the state would not be balanced.
+    """
+    of = f"J {membrane.conserved[0]} of {type(membrane).__name__} where the volume changes"
+    if not multistep:
+        raise InputError(
+            f"{type(integrator).__name__} does not balance {of}: take LinearlyImplicit, or balance = "
+            '"advective"',
+            "cell.integrator",
+        )
+    if reaction == "interpolated":
+        raise InputError(
+            f'"interpolated" does not balance {of}: take reaction = "nodal", or balance = "advective"',
+            "potential.reaction",
+        )

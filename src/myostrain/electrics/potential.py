@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 from myostrain.electrics.diffusion import Diffusion, Mass
 from myostrain.electrics.front import Current, Front
 from myostrain.electrics.initial_values import InitialValues
-from myostrain.electrics.past import Past, fields, values_of
+from myostrain.electrics.past import Past, check_amounts, fields, values_of
 from myostrain.electrics.stimulus import Applied, AppliedRates, Source
 from myostrain.electrics.stretch_current import StretchCurrent, StretchCurrents
 from myostrain.electrics.variation import LocalMembranes, Variation
@@ -18,14 +18,7 @@ from myostrain.geometry import Body
 from myostrain.kinematics import Deformation
 from myostrain.membranes import Integrator, Membrane, Step, check_membrane
 from myostrain.membranes.reaction import Reaction
-from myostrain.solvers.linear import (
-    LinearSolver,
-    Options,
-    global_dofs,
-    largest,
-    owned_dofs,
-    preconditioner,
-)
+from myostrain.solvers.linear import LinearSolver, Options, global_dofs, largest, owned_dofs, solver_options
 from myostrain.solvers.timing import timed
 from myostrain.state import FieldState, State
 from myostrain.validation import refuse_former, remembers
@@ -162,35 +155,14 @@ class Potential:
             conserved=indices,
             multistep=self._reaction.multistep,
         )
-        if self.past.per_volume and self.past.conserved and not self.past.multistep:
-            raise InputError(
-                f"{type(self._reaction.integrator).__name__} does not balance J {conserved[0]} of "
-                f"{type(membrane).__name__} where the volume changes: take LinearlyImplicit, or balance = "
-                '"advective"',
-                "cell.integrator",
-            )
+        if self.past.per_volume and self.past.conserved:
+            check_amounts(membrane, self._reaction.integrator, self.past.multistep, reaction)
         if reaction == "interpolated":
-            if self.past.per_volume and self.past.conserved:
-                raise InputError(
-                    f'"interpolated" does not balance J {conserved[0]} of {type(membrane).__name__} where '
-                    'the volume changes: take reaction = "nodal", or balance = "advective"',
-                    "potential.reaction",
-                )
             points = Reaction(membrane, integrator, self.varying, lasting(body.comm))
             self.past.front = Front(space, points, self.local_rest, self.range[1] - self.range[0], mass)
-        chosen = options or {}
-        defaults: dict[str, str | int | float | bool | None] = {
-            "ksp_type": "cg" if self._diffusion.symmetric else "bcgs",
-            "ksp_rtol": 1e-10,
-            "ksp_initial_guess_nonzero": chosen.get("ksp_type") != "preonly",
-        }
-        if "pc_type" not in chosen:
-            defaults |= preconditioner(
-                self._diffusion.symmetric, body.comm.size, global_dofs(space), body.dim
-            )
-        # A user's choice may be a direct solver, which must follow the matrix.
-        # PETSc takes the diagonal for Jacobi at the first use: it cannot be kept, and costs nothing to renew.
-        keep = defaults.get("pc_type") != "jacobi" and not {"ksp_type", "pc_type"} & chosen.keys()
+        defaults, keep = solver_options(
+            self._diffusion.symmetric, body.comm.size, global_dofs(space), body.dim, options or {}
+        )
         self.solver = LinearSolver(self._diffusion.matrix, "potential", defaults, options, keep=keep)
         self._weight = 0.0  # the time derivative's factor of which the kept preconditioner was made
         self._origin: State = {}

@@ -155,6 +155,30 @@ def preconditioner(symmetric: bool, processes: int, nodes: int, dim: int) -> Opt
     return {"pc_type": "bjacobi", "sub_pc_type": kind, "sub_pc_factor_levels": levels}
 
 
+def solver_options(
+    symmetric: bool, processes: int, nodes: int, dim: int, chosen: Options
+) -> tuple[Options, bool]:
+    """Options of the potential's solver, and whether its preconditioner may be kept from step to step.
+
+    Args:
+        symmetric: Whether the matrix is.
+        processes: How many share it.
+        nodes: Its size.
+        dim: Dimension of the body.
+        chosen: Options of the user.
+    """
+    defaults: dict[str, str | int | float | bool | None] = {
+        "ksp_type": "cg" if symmetric else "bcgs",
+        "ksp_rtol": 1e-10,
+        "ksp_initial_guess_nonzero": chosen.get("ksp_type") != "preonly",
+    }
+    if "pc_type" not in chosen:
+        defaults |= preconditioner(symmetric, processes, nodes, dim)
+    # A user's choice may be a direct solver, which must follow the matrix.
+    # PETSc takes the diagonal for Jacobi at the first use: it cannot be kept, and costs nothing to renew.
+    return defaults, defaults.get("pc_type") != "jacobi" and not {"ksp_type", "pc_type"} & chosen.keys()
+
+
 def last_resort() -> Options:
     """Options of a direct solver for any matrix; with MUMPS it pivots."""
     package = "mumps" if PETSc.Sys.hasExternalPackage("mumps") else "petsc"
