@@ -2,6 +2,7 @@
 
 import csv
 import re
+import shutil
 import subprocess
 import sys
 
@@ -71,6 +72,23 @@ def test_the_command_writes_table_picture_and_page(runs, tmp_path, monkeypatch):
     for colour in ((0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)):  # of two runs that differ
         assert (np.abs(pixels - colour).max(axis=1) < 30).sum() > 300
     assert command_line("compare", *folders, "--out", folders[0]).status == 2
+
+
+def test_loops_over_each_other(runs, tmp_path):
+    """Of two runs with cavities, each in its colour; a run without cavities is left out, one alone too."""
+    folders = [shutil.copytree(runs / "other", tmp_path / str(number)) for number in range(3)]
+    angle = np.linspace(0, 2 * np.pi, 50)
+    for folder, width in zip(folders[1:], (20.0, 40.0), strict=True):
+        columns = np.column_stack([angle, 100 + width * np.sin(angle), 60 + 50 * np.cos(angle)])
+        header = "time,volume_left,pressure_left"
+        np.savetxt(folder / "cavities.csv", columns, delimiter=",", header=header, comments="")
+    written = ms.compare(*folders).write(tmp_path / "out", page=True)
+    assert written[-2] == tmp_path / "out" / "loops.png"
+    pixels = np.asarray(Image.open(written[-2]).convert("RGB")).reshape(-1, 3)
+    for colour in ((0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00)):
+        assert (np.abs(pixels - colour).max(axis=1) < 30).sum() > 300
+    assert "Pressure–volume loops" in (tmp_path / "out" / "index.html").read_text()
+    assert ms.compare(*folders[:2]).draw_loops(tmp_path / "none.png") is None
 
 
 def test_it_needs_no_solver_and_two_folders(runs):

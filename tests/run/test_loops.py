@@ -81,7 +81,8 @@ def test_what_a_cardiologist_reads():
         "pressure_max": 16.0,
         "dpdt_max": 0.2,
         "stroke_work": 1.1e6,
-        "twist": 11.0,
+        "twist": 14.0,  # since rest
+        "twist_beat": 11.0,
         "longitudinal_strain_peak": -0.18,
         "fibre_stress_3": 1.0,
     }
@@ -101,7 +102,7 @@ def test_what_a_cardiologist_reads():
         "end-diastolic volume, left",
         "change of stroke volume, right",
     ]
-    assert clinical({"twist": 3.0, "celerity": 1.0}, units) == []
+    assert clinical({"twist_beat": 3.0, "celerity": 1.0}, units) == []
 
 
 def test_strains_since_the_beginning():
@@ -113,6 +114,23 @@ def test_strains_since_the_beginning():
     again = Peaks(peaks.found)
     again.observe({"longitudinal_strain": -0.12})
     assert again.found["longitudinal_strain_peak"] == pytest.approx(0.88 / 1.1 - 1)
+
+
+def test_a_wall_since_the_beginning():
+    """Twist, thickening and shortening of a wall that had them when the run began, and since rest."""
+    peaks = Peaks()
+    for twist, thickening, shortening in ((-2.0, -0.2, -0.1), (-3.0, 0.0, 0.01), (5.0, 0.2, 0.12)):
+        values = {"wall_thickening": thickening, "longitudinal_shortening": shortening}
+        peaks.observe({"twist": twist, **values})
+    assert peaks.found["twist"] == 5.0
+    assert peaks.found["twist_beat"] == 7.0
+    assert peaks.found["wall_thickening_beat"] == pytest.approx(1.2 / 0.8 - 1)
+    assert peaks.found["longitudinal_shortening_beat"] == pytest.approx(1 - 0.88 / 1.1)
+    again = Peaks(peaks.found)
+    again.observe({"twist": -12.0, "wall_thickening": 0.3})
+    assert again.found["twist_beat"] == -10.0
+    assert again.found["wall_thickening_beat"] == pytest.approx(1.3 / 0.8 - 1)
+    assert again.found["wall_thickening_begin"] == -0.2
 
 
 def test_pictures_of_segments(tmp_path):

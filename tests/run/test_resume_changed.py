@@ -6,12 +6,15 @@ import json
 import os
 import shutil
 import signal
+from types import SimpleNamespace
 
 import myostrain as ms
 from myostrain import Case, InputError
 from myostrain.case.running import run_case
+from myostrain.electrics.place import Place
 from myostrain.errors import Interrupted
 from myostrain.run.checkpoint import FORMAT
+from myostrain.run.resume import built
 
 import numpy as np
 import pytest
@@ -19,6 +22,16 @@ import pytest
 from small_cases import ALONE, LINE, STATIC, changed, command_line, write_case
 
 BARE = changed(LINE, {"output.fields": [], "output.checkpoint_every": 2e-3})
+
+
+def test_boxes_of_stimuli_are_compared():
+    """The corners of a box are seen, and nobody is told that they cannot be."""
+    told = []
+    for corner in (0.0, 0.5):
+        place = Place(box=((corner, 0.0), (1.0, 1.0)))
+        model = SimpleNamespace(potential=SimpleNamespace(stimuli=[SimpleNamespace(where=place)]))
+        told.append(built(model, told.append))
+    assert [first["potential"]["stimuli"][0]["where"]["box"][0] for first in told] == [[0.0, 0.0], [0.5, 0.0]]
 
 
 class Stop:

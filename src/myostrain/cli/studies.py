@@ -92,14 +92,14 @@ def sweep(
 def compare(
     folders: Annotated[list[Path], typer.Argument(metavar="DIR DIR...", help="Result folders.")],
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder for metrics.csv and compare.png.")
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder for metrics.csv and pictures.")
     ] = None,
     page: Annotated[
         bool,
         typer.Option("--html", help="Everything on one page, index.html; in runs/compare without --out."),
     ] = False,
 ) -> None:
-    """Compare runs: metrics with their differences from the first, probes and measures over time."""
+    """Compare runs: metrics with their differences from the first, probes, measures, loops of cavities."""
     from myostrain.output.comparing import compare as beside
     from myostrain.output.folder import free_name
 

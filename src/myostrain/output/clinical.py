@@ -21,10 +21,10 @@ _OF_CAVITIES = {
     "stroke_volume_change": "change of stroke volume",
 }
 _OF_WALLS = {
-    "twist": "twist",
+    "twist_beat": "twist",
     "torsion": "torsion at the end",
-    "wall_thickening": "thickening of the wall",
-    "longitudinal_shortening": "shortening of the long axis",
+    "wall_thickening_beat": "thickening of the wall",
+    "longitudinal_shortening_beat": "shortening of the long axis",
     "fibre_shortening": "shortening of the fibres",
     "longitudinal_strain_peak": "greatest longitudinal strain",
     "circumferential_strain_peak": "greatest circumferential strain",
@@ -33,8 +33,8 @@ _OF_WALLS = {
 _PERCENT = (
     "ejection_fraction",
     "stroke_volume_change",
-    "wall_thickening",
-    "longitudinal_shortening",
+    "wall_thickening_beat",
+    "longitudinal_shortening_beat",
     "fibre_shortening",
     *(f"{kind}_strain_peak" for kind in ("longitudinal", "circumferential", "radial")),
 )
@@ -58,6 +58,8 @@ _CLINICAL = {
 
 def clinical(metrics: Mapping[str, Any], units: Mapping[str, str]) -> list[tuple[str, float, str]]:
     """Name, value and unit of what a ventricle did, empty where no cavity is connected to anything.
+
+    Twist, thickening and shortening are those since the run began, as from the end of diastole.
 
     Args:
         metrics: Those of a run.
@@ -83,7 +85,7 @@ def clinical(metrics: Mapping[str, Any], units: Mapping[str, str]) -> list[tuple
 def _row(metric: str, key: str, words: str, value: float, unit: str) -> tuple[str, float, str]:
     """Name, value and unit of one metric."""
     name = words + metric.removeprefix(key).replace("_", ", ", 1).replace("_", " ")
-    if key in ("twist", "torsion"):
+    if key in ("twist_beat", "torsion"):
         return name, value, "degrees"
     factor, clinical_unit = (100.0, "%") if key in _PERCENT else _CLINICAL.get(unit, (1.0, unit))
     return name, factor * value, clinical_unit

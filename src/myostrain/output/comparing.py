@@ -17,6 +17,7 @@ from myostrain.output.folder import check_path, write_atomically, writing
 from myostrain.output.opening import Results
 from myostrain.output.opening import open as open_results
 from myostrain.output.page import page, table
+from myostrain.output.reader import Reader
 
 import numpy as np
 
@@ -129,8 +130,28 @@ class Comparison:
 
         return draw_comparison(self.runs, self.names, Path(path))
 
+    def draw_loops(self, path: str | Path) -> Path | None:
+        """Draw the pressure–volume loops of the last beats of all runs over each other, a panel a cavity.
+
+        Args:
+            path: The picture; its ending says the format.
+
+        Returns:
+            The path; None if there are not two runs with cavities.
+
+        Raises:
+            InputError: It cannot be written.
+        """
+        from myostrain.output.figures.loops_beside import draw_loops_beside
+
+        readers = [Reader(run.folder) for run in self.runs]
+        runs = list(zip(self.names, readers, strict=True))
+        return next(iter(draw_loops_beside(runs, Path(path), least=2)), None)
+
     def write(self, out: str | Path, *, page: bool = False) -> list[Path]:
-        """Write ``metrics.csv`` and ``compare.png`` into a folder, and on request all on one page.
+        """Write ``metrics.csv`` and pictures into a folder, and on request all on one page.
+
+        The pictures are ``compare.png`` and, of runs with cavities, ``loops.png``.
 
         Args:
             out: The folder, made if it is not there; files of an earlier comparison are replaced.
@@ -149,11 +170,15 @@ class Comparison:
         with writing(out):
             out.mkdir(parents=True, exist_ok=True)
             write_atomically(out / "metrics.csv", self._csv())
-        picture = self.draw(out / "compare.png")
-        written = [out / "metrics.csv", *([picture] if picture else [])]
+        drawn = {
+            "Probes and measures over time": self.draw(out / "compare.png"),
+            "Pressure–volume loops": self.draw_loops(out / "loops.png"),
+        }
+        pictures = {title: path for title, path in drawn.items() if path is not None}
+        written = [out / "metrics.csv", *pictures.values()]
         if page:
             with writing(out):
-                write_atomically(out / "index.html", self._page(picture))
+                write_atomically(out / "index.html", self._page(pictures))
             written.append(out / "index.html")
         return written
 
@@ -171,7 +196,7 @@ class Comparison:
             writer.writerow([name, unit, *cells])
         return text.getvalue()
 
-    def _page(self, picture: Path | None) -> str:
+    def _page(self, pictures: Mapping[str, Path]) -> str:
         about = [
             [name, run.title, str(run.folder.resolve()), "" if run.finished else "not finished"]
             for name, run in zip(self.names, self.runs, strict=True)
@@ -181,12 +206,9 @@ class Comparison:
         differing = table(["key", *self.names], self.case_rows()) if self.case else same
         parts += ["<h2>What the cases differ in</h2>", differing]
         parts += ["<h2>Metrics</h2>", table(self.head(), self.rows())]
-        if picture is not None:
+        for title, picture in pictures.items():
             content = base64.b64encode(picture.read_bytes()).decode()
-            parts += [
-                "<h2>Probes and measures</h2>",
-                f'<img alt="probes and measures over time" src="data:image/png;base64,{content}">',
-            ]
+            parts += [f"<h2>{title}</h2>", f'<img alt="{title}" src="data:image/png;base64,{content}">']
         return page(f"{', '.join(map(html.escape, self.names))}: compared", "\n".join(parts))
 
 

@@ -20,6 +20,19 @@ PEAKS: dict[str, tuple[str, Callable[[float], float]]] = {
 STRAINS = tuple(f"{kind}_strain" for kind in ("longitudinal", "circumferential", "radial"))
 
 
+def _since(strain: float, begin: float) -> float:
+    return (1 + strain) / (1 + begin) - 1
+
+
+#: What is counted from the first time too: the end of the metric's name, and how. Shortening is 1 − l/l₀.
+SINCE: dict[str, tuple[str, Callable[[float, float], float]]] = {
+    **dict.fromkeys(STRAINS, ("peak", _since)),
+    "wall_thickening": ("beat", _since),
+    "longitudinal_shortening": ("beat", lambda shortening, begin: -_since(-shortening, -begin)),
+    "twist": ("beat", lambda twist, begin: twist - begin),
+}
+
+
 class Peaks:
     """What a run's metrics say of the measured quantities over its sampled times.
 
@@ -29,6 +42,8 @@ class Peaks:
     - ``fibre_stretch_min``: the least; ``ellipticity_min``: the least ``ellipticity``;
     - ``longitudinal_strain_peak`` and likewise circumferential and radial: the mean strain of largest
       magnitude since the first time, as since the end of diastole, (1 + e)/(1 + e₀) − 1;
+    - ``twist_beat``, ``wall_thickening_beat``, ``longitudinal_shortening_beat``: likewise of largest
+      magnitude since the first time, the last relative to the length then; ``..._begin`` is the first value;
     - of every cavity ``cavity_volume_min``, ``cavity_volume_max`` and ``ejection_fraction``, the largest
       share of its volume that it lost since an earlier time, 1 − V(t)/V(s) with s ≤ t; for a NAMEd one
       ``cavity_volume_NAME_min``, ..., ``ejection_fraction_NAME``.
@@ -55,12 +70,13 @@ class Peaks:
                     self._keep(share, 1 - value / full, float)
             elif name == "fibre_stretch_mean":
                 self._keep("fibre_shortening", 1 - value, float)
-            elif name in STRAINS:
-                begin = self.found.setdefault(f"{name}_begin", value)
-                self._keep(f"{name}_peak", (1 + value) / (1 + begin) - 1, abs)
             elif name in PEAKS:
                 metric, size = PEAKS[name]
                 self._keep(metric, value, size)
+            if name in SINCE:
+                end, since = SINCE[name]
+                begin = self.found.setdefault(f"{name}_begin", value)
+                self._keep(f"{name}_{end}", since(value, begin), abs)
 
     def _keep(self, name: str, value: float, size: Callable[[float], float]) -> None:
         """Keep the value of greatest size."""

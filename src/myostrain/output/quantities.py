@@ -63,13 +63,24 @@ _KNOWN: tuple[tuple[str, str, Powers | None], ...] = (
     (r"stroke_work\w*", "stroke work", {"stress": 1, "length": 3}),
     (r"ejection_fraction\w*", "ejected share of the volume", NUMBER),
     (r"wall_thickening", "thickening of the wall", NUMBER),
+    (r"wall_thickening_begin", "thickening of the wall at the beginning", NUMBER),
+    (r"wall_thickening_beat", "largest thickening of the wall since the beginning", NUMBER),
     (r"longitudinal_shortening", "shortening of the long axis", NUMBER),
+    (r"longitudinal_shortening_begin", "shortening of the long axis at the beginning", NUMBER),
+    (r"longitudinal_shortening_beat", "largest shortening of the long axis since the beginning", NUMBER),
     (r"apex_(\w+)", "height of the apex, {0}", LENGTH),
     (r"ellipticity(_min)?", "least eigenvalue of the acoustic tensor over the modulus", NUMBER),
     (r"reaction_(\w+)_([xyz])", "force by which {0} holds the body, along {1}", {"stress": 1, "body": 1}),
     (r"amount", "integral of J v over the reference body", {"potential": 1, "length": 1, "body": 1}),
     (r"[XYZxyz]", "coordinate", LENGTH),
 )
+
+#: What are angles, in degrees.
+TWIST = {
+    "twist": "rotation of the apex against the base",
+    "twist_begin": "rotation of the apex against the base at the beginning",
+    "twist_beat": "largest rotation of the apex against the base since the beginning",
+}
 
 
 def attributes(name: str, units: Mapping[str, str], dim: int | None) -> dict[str, str]:
@@ -80,8 +91,8 @@ def attributes(name: str, units: Mapping[str, str], dim: int | None) -> dict[str
         units: Units of the run by quantity; of a run that has none all is non-dimensional, "1".
         dim: Dimension of the body; None if it is not known.
     """
-    if name == "twist":
-        return {"long_name": "rotation of the apex against the base", "units": "degree"}
+    if name in TWIST:
+        return {"long_name": TWIST[name], "units": "degree"}
     if name == "torsion":
         return {"long_name": "shear angle of the epicardium by the twist", "units": "degree"}
     rigid = name.endswith("_rigid")

@@ -29,6 +29,9 @@ FREE = (
 #: Numbers in an array that is compared.
 SMALL = 100
 
+#: How deep what is in what is compared; the corners of a stimulus' box are at level 6 of a model.
+DEPTH = 9
+
 #: What a part is made from that is compared elsewhere (the mesh, by its nodes) or follows from the rest.
 _ELSEWHERE = (
     *("body", "former", "model.potential.deformation"),
@@ -148,7 +151,7 @@ def _described(thing: Any, name: str, vague: list[str], depth: int = 0) -> Any:
         return _described(thing.tolist(), name, vague, depth)
     if isinstance(thing, Path):
         return str(thing)
-    if depth < 6 and isinstance(thing, list | tuple):
+    if depth < DEPTH and isinstance(thing, list | tuple):
         return [_described(part, f"{name}.{i}", vague, depth + 1) for i, part in enumerate(thing)]
     kind = f"{type(thing).__module__}.{type(thing).__qualname__}"
     values: Mapping[Any, Any] | None = None
@@ -164,7 +167,7 @@ def _described(thing: Any, name: str, vague: list[str], depth: int = 0) -> Any:
         values |= {"constants": [c for c in code.co_consts if isinstance(c, bool | int | float | str)]}
     elif not kind.startswith(("ufl.", "dolfinx.", "basix.", "petsc4py.")) and hasattr(thing, "__dict__"):
         values = {"class": kind, **{k: v for k, v in vars(thing).items() if not k.startswith("_")}}
-    if values is None or depth >= 6:
+    if values is None or depth >= DEPTH:
         vague.append(name)
         return {"class": kind}
     return {
