@@ -16,7 +16,7 @@ from pydantic import AfterValidator
 
 
 def _ascending(course: float | tuple[tuple[float, float], ...]) -> float | tuple[tuple[float, float], ...]:
-    """Refuse points that are no function of time."""
+    """Refuse points that are not a function of time."""
     if isinstance(course, Sequence):
         times = [point[0] for point in course]
         if not times or any(later <= earlier for earlier, later in pairwise(times)):
@@ -103,7 +103,7 @@ def wrapped(given: Any, key: str, lowest: float | None = None) -> Any:
     """What a script gives, functions of time wrapped, in a mapping too.
 
     Raises:
-        InputError: One is no function of time.
+        InputError: One is not a function of time.
     """
     if isinstance(given, FunctionOfTime):
         return given
@@ -130,7 +130,7 @@ def with_functions(checked: Any, given: Any) -> Any:
 
 
 def check_course(course: Course, key: str) -> None:
-    """Refuse points that are no function of time.
+    """Refuse points that are not a function of time.
 
     Raises:
         InputError: There is none, or their times do not ascend.

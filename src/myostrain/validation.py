@@ -18,7 +18,7 @@ from myostrain.errors import InputError, nearest, shown
 import pydantic
 from pydantic import ConfigDict, Field
 
-# Strict: a text or a truth value is no number.
+# Strict: a text or a truth value is not a number.
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False, strict=True)]
 Share = Annotated[float, Field(ge=0, le=1, strict=True)]

@@ -30,7 +30,7 @@ def test_a_sheet_at_several_times(tmp_path):
     """The wave is where it is at each of them, on the body of that time; there is no film of two times."""
     sheet(tmp_path)
     written = draw(tmp_path, Choice(times=[0.25, 1.0]))
-    assert names(written) == ["potential.png", "stress.png", "activation-times.png"]
+    assert names(written) == ["potential.png", "stress.png", "activation-times.png", "deformation.png"]
     image = pixels(written[0])
     image = image[: int(0.75 * len(image))]  # without the colour bar
     coloured = np.ptp(image, axis=-1) > 40

@@ -1,12 +1,15 @@
 """Pictures of result folders that are written here, without a solver."""
 
 from myostrain.errors import InputError
+from myostrain.output.figures.choice import Choice
+from myostrain.output.figures.course import deformation_over_time
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.draw import draw
 from myostrain.output.figures.line import leading_edge, resampled, sorted_line, telling_frames
 from myostrain.output.figures.maps import band_levels
 from myostrain.output.figures.sheet import boundary_edges, film_frames
 from myostrain.output.figures.style import plain, potential_range, symmetric_range
+from myostrain.output.frames import Frames
 
 import matplotlib as mpl
 import numpy as np
@@ -16,8 +19,8 @@ from PIL import Image
 from picture_tools import bump, check_pictures, finish, names, pixels, share
 from snapshot_files import frame, write_snapshots
 
-LINE = ["potential.png", "evolution.png", "space-time.png"]
-SHEET = ["potential.png", "stress.png", "activation-times.png", "animation.gif"]
+LINE = ["potential.png", "evolution.png", "space-time.png", "deformation.png"]
+SHEET = ["potential.png", "stress.png", "activation-times.png", "animation.gif", "deformation.png"]
 
 
 def line(folder, speed, *, moves=True, frames=7, length=100):
@@ -123,7 +126,7 @@ def test_sheet(tmp_path):
 def test_sheet_is_drawn_deformed_with_equal_axes(tmp_path):
     """The body, 60 x 90, ends squeezed to 30 x 90, and a unit is as long across as up."""
     sheet(tmp_path)
-    image = pixels(draw(tmp_path)[0])
+    image = pixels(draw(tmp_path, Choice(times=[1.0]))[0])
     coloured = np.ptp(image, axis=-1) > 40
     coloured[:, int(0.8 * image.shape[1]) :] = False  # the colour bar
     rows, columns = np.nonzero(coloured)
@@ -153,10 +156,10 @@ def test_film(tmp_path):
 @pytest.mark.parametrize(
     "missing, expected",
     [
-        (("activation_time",), ["potential.png", "stress.png", "animation.gif"]),
-        (("stress_trace",), ["potential.png", "activation-times.png", "animation.gif"]),
-        (("displacement",), SHEET),
-        (("potential",), ["stress.png", "activation-times.png"]),
+        (("activation_time",), ["potential.png", "stress.png", "animation.gif", "deformation.png"]),
+        (("stress_trace",), ["potential.png", "activation-times.png", "animation.gif", "deformation.png"]),
+        (("displacement",), SHEET[:-1]),
+        (("potential",), ["stress.png", "activation-times.png", "deformation.png"]),
         (("potential", "displacement", "stress_trace", "activation_time"), []),
     ],
 )
@@ -176,7 +179,7 @@ def test_single_frame_gives_no_film(tmp_path):
 def test_nothing_to_contour(tmp_path, times):
     points, _ = sheet(tmp_path, n=5, frames=2, without=("potential",))
     np.savez(tmp_path / "snapshots" / "activation.npz", activation_time=np.full(len(points), times))
-    assert names(draw(tmp_path)) == ["stress.png"]
+    assert names(draw(tmp_path)) == ["stress.png", "deformation.png"]
 
 
 def test_run_that_failed_half_way(tmp_path):
@@ -278,7 +281,8 @@ def test_labels(tmp_path):
     line(tmp_path, 60.0)
     run = Recording(tmp_path)
     assert run.label("x", "length") == "x"
-    assert run.label("v", "potential") == "v (non-dimensional)"
+    assert run.label("v", "potential") == "v"
+    assert run.heading.endswith(", non-dimensional")
     run.case = {"units": {"length": "mm"}}
     assert run.label("x", "length") == "x (mm)"
     assert run.label("t", "time") == "t"
@@ -369,8 +373,50 @@ def test_maps_tips_and_electrodes(tmp_path):
     np.savetxt(tmp_path / "ecg.csv", ecg, delimiter=",", header="time,V1,V2", comments="")
     written = draw(tmp_path)
     maps = ["activation-times.png", "apd90.png", "conduction-velocity.png"]
-    expected = ["potential.png", "stress.png", *maps, "animation.gif", "tip.png", "probes.png", "ecg.png"]
+    expected = ["potential.png", "stress.png", *maps, "animation.gif", "tip.png"]
+    expected += ["deformation.png", "probes.png", "ecg.png"]
     assert names(written) == expected
     check_pictures([path for path in written if path.name != "conduction-velocity.png"])  # of one colour
     wide, high = pixels(tmp_path / "figures" / "tip.png").shape[1::-1]
     assert wide > 1.3 * high  # two panels: the reference body and space
+
+
+def test_a_sheet_is_shown_at_several_times_with_a_scale_bar(tmp_path):
+    """Without --times up to six, as a solid is; each panel to one scale, a bar of a round length below."""
+    sheet(tmp_path)
+    image = pixels(draw(tmp_path, Choice(fields=["potential"]))[0])
+    body = np.ptp(image[: int(0.85 * len(image))], axis=-1) > 40
+    gaps = np.flatnonzero(np.diff(body.any(axis=0).astype(int)) == 1)
+    assert len(gaps) == len(telling_frames(Recording(tmp_path).history("potential"), 5)) > 3
+    bar = np.abs(image - 0x44).max(axis=-1) < 8
+    longest = max(np.bincount(np.cumsum(~row)[row]).max() for row in bar if row.any())
+    first = np.flatnonzero(body.any(axis=0))
+    wide = np.flatnonzero(np.diff(first) > 1)[0] + 1  # of the first panel: 60 wide
+    assert longest / wide == pytest.approx(20 / 60, rel=0.1)
+
+
+def test_deformation_over_time(tmp_path):
+    """A rectangle that is squeezed to half its width: |u| and J are those of the formula."""
+    sheet(tmp_path)
+    found = deformation_over_time(Frames(Recording(tmp_path)))
+    np.testing.assert_allclose(found["displacement"], 30 * np.linspace(0, 1, 5), atol=1e-12)
+    np.testing.assert_allclose(found["J"], np.tile(1 - 0.5 * np.linspace(0, 1, 5), (3, 1)), atol=1e-12)
+    assert "fibre_stretch" not in found  # no fibres were written
+    line(tmp_path / "line", 60)
+    found = deformation_over_time(Frames(Recording(tmp_path / "line")))
+    np.testing.assert_allclose(found["fibre_stretch"], 0.95, atol=1e-12)
+    assert "J" not in found
+
+
+def test_probes_show_what_moves_and_what_contracts(tmp_path):
+    """A panel each of the potential, of the activation and of |u|, where there is any."""
+    line(tmp_path, 60)
+    finish(tmp_path, {"a": [10.0, 0, 0]})
+    heights = []
+    for activation, u in ((0.0, 0.0), (0.0, 0.1), (-0.2, 0.1)):
+        rows = [f"{t},{t},{activation * t},{u * t}" for t in (0.0, 0.5, 1.0)]
+        head = "time,a_potential,a_activation,a_displacement_x"
+        (tmp_path / "probes.csv").write_text("\n".join([head, *rows, ""]))
+        (path,) = draw(tmp_path, Choice(dpi=50, fields=["probes"]))
+        heights.append(len(pixels(path)))
+    assert np.diff(heights) == pytest.approx([100, 100], abs=2)

@@ -190,7 +190,7 @@ def test_solid(tmp_path, shown):
     points, _, u = solid(tmp_path)
     finish(tmp_path, {"a": [2.0, 0.0, 2.0]})
     written = draw(tmp_path)
-    assert names(written) == [*ALL, "probes.png"]
+    assert names(written) == [*ALL, "deformation.png", "probes.png"]
     check_pictures(written)
     on_it = (np.isclose(points, 0) | np.isclose(points, [10.0, 6.0, 2.0])).any(axis=1)
     run = Recording(tmp_path)
@@ -239,7 +239,13 @@ def test_static_case_shows_displacement(tmp_path):
     """draw_solid: a potential that is the same everywhere is not drawn, nor are isochrones."""
     solid(tmp_path, uniform=True, frames=2)
     written = draw(tmp_path)
-    assert names(written) == ["displacement.png", "stress.png", "fibres.png", "animation.gif"]
+    assert names(written) == [
+        "displacement.png",
+        "stress.png",
+        "fibres.png",
+        "animation.gif",
+        "deformation.png",
+    ]
     check_pictures(written)
 
 
@@ -375,7 +381,9 @@ def test_without_pyvista(tmp_path, monkeypatch, anew):
     monkeypatch.setitem(sys.modules, "vtkmodules.vtkRenderingCore", None)
     done = command_line("plot", tmp_path)
     assert done.status == 0
-    assert done.out.split() == [str(tmp_path / "figures" / "probes.png")]
+    assert done.out.split() == [
+        str(tmp_path / "figures" / name) for name in ("deformation.png", "probes.png")
+    ]
     assert "pip install 'myostrain[render]'" in done.err
     assert f"myostrain plot {tmp_path}" in done.err
 

@@ -156,7 +156,7 @@ DAMAGE = {
     "too few elements": ("elem", lambda text: text.rpartition("Tt")[0], "its first line says"),
     "hexahedra": ("elem", lambda text: text.replace("Tt", "Hx"), "has elements 'Hx'"),
     "a node that is not": ("elem", lambda text: text.replace("Tt ", "Tt 9999", 1), "has a node that is not"),
-    "binary": ("elem", lambda text: "\xff\xfe" + text, "is no text"),
+    "binary": ("elem", lambda text: "\xff\xfe" + text, "is not a text file"),
     "too few directions": ("lon", lambda text: text[: text[:-1].rindex("\n")], "has .* rows of 6"),
     "one direction": ("lon", lambda text: "1" + text[1:], "need as many rows of 3"),
     "three directions": ("lon", lambda text: "3" + text[1:], "not with 1 or 2 directions"),

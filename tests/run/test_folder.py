@@ -141,7 +141,7 @@ def test_killed_while_drawing_the_pictures_are_drawn_by_the_next_run(tmp_path, m
     assert [path.name for path in (out / "figures").glob("*.png")] == ["potential.png"]
     done = command_line("run", "--resume", "--out", out)
     assert (done.status, "figures" in done.out.splitlines()[0]) == (0, True)
-    pictures = {"potential.png", "evolution.png", "space-time.png", "probes.png"}
+    pictures = {"potential.png", "evolution.png", "space-time.png", "deformation.png", "probes.png"}
     assert {path.name for path in (out / "figures").glob("*.png")} == pictures
     drawn = {path.name: path.stat().st_mtime_ns for path in (out / "figures").iterdir()}
     again = command_line("run", "--resume", "--out", out)

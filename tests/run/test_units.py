@@ -64,7 +64,7 @@ def test_without_units_labels_say_so(tmp_path):
     assert results["units"] == {}
     recording = Recording(tmp_path / "quiet")
     assert recording.title == "quiet"
-    assert recording.rate_label("speed", "length", "time") == "speed (non-dimensional)"
+    assert recording.rate_label("speed", "length", "time") == "speed"
 
 
 def test_a_potential_without_a_unit_is_not_in_millivolts():

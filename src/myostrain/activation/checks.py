@@ -89,7 +89,7 @@ def called(law: Any, method: str, *arguments: Any) -> Any:
 
 
 def check_law(law: Any, known: Mapping[str, Any], wanted: str) -> None:
-    """Refuse what is no law, or not one for these drivers and what the mechanics takes.
+    """Refuse what is not a law, or not one for these drivers and what the mechanics takes.
 
     Raises:
         InputError: What is missing, or wrong.

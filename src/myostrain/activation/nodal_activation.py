@@ -145,7 +145,7 @@ class NodalActivation:
         return self._array(found, (self._size,), "activation", single=True) * self._factor
 
     def _not_finite(self) -> str:
-        """Where states or values are no finite numbers, in words; empty if all are (collective)."""
+        """Where states or values are not finite numbers, in words; empty if all are (collective)."""
         comm, found = lasting(self._space.mesh.comm), ""
         finite = np.isfinite(self.values) & np.isfinite(self.states).all(axis=0)
         if not finite.all():

@@ -47,7 +47,7 @@ class Orthotropic:
         """
         f0, s0, n0 = with_sheets(fibres, type(self).__name__)
         gamma_n = self.kappa * ((1 + gamma) ** -0.5 - 1) + self.ratio * gamma
-        # det Fo = 1 would hide 1 + γ_n < 0: the square of its root is no number then.
+        # det Fo = 1 would hide 1 + γ_n < 0: the square of its root is not a number then.
         gamma_s = 1 / ((1 + gamma) * ufl.sqrt(1 + gamma_n) ** 2) - 1
         across = gamma_s * ufl.outer(s0, s0) + gamma_n * ufl.outer(n0, n0)
         return ufl.Identity(3) + gamma * ufl.outer(f0, f0) + across

@@ -124,7 +124,7 @@ class Case:
                 paths in them are relative to the current folder.
 
         Raises:
-            InputError: The file cannot be read, is no TOML, or says what cannot be.
+            InputError: The file cannot be read, is not TOML, or says what cannot be.
         """
         path = Path(path)
         geometry.readable(path, "FILE")

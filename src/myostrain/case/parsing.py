@@ -66,7 +66,7 @@ def make(
         known = [f.name for part in inner for f in dataclasses.fields(part)]
         raise InputError(f"no such key; {nearest(str(place[-1]), known)}", key)
     kind = str(typing.get_type_hints(cls).get(str(place[0]))) if place else ""
-    # What does not fit together is no single value.
+    # What does not fit together is not a single value.
     given = f", not {shown(found['input'])}" if place else ""
     raise InputError(f"{plain_words(found, kind)}{given}", key)
 
@@ -129,7 +129,7 @@ def make_variations(given: Any, membrane: Any) -> tuple[Variation, ...]:
     that is given twice, the key of the table itself counts, not that under ``parameters``.
 
     Raises:
-        InputError: They are no tables, or what the membrane does not have or take.
+        InputError: They are not tables, or what the membrane does not have or take.
     """
     key, made = "cell.variation", []
     if not isinstance(given, list) or not all(isinstance(table, Mapping) for table in given):

@@ -31,7 +31,7 @@ class Circuit:
         preload: Pressure in each cavity at the beginning; that of the model unless given, or zero.
 
     Raises:
-        InputError: It is no such model, or there is a preload where pressure or volume are prescribed.
+        InputError: It is not such a model, or there is a preload where pressure or volume are prescribed.
 
     Attributes:
         pressures: Pressures (cavities,) at the last accepted time; zero before.
@@ -104,7 +104,7 @@ class Circuit:
 
         Returns:
             Values (cavities,), and their derivatives by the volumes and by the pressures.
-            They are no numbers where the model has no states for these pressures.
+            They are not numbers where the model has no states for these pressures.
         """
         if self._prescribed:
             return tuple(np.asarray(part) for part in self.model.tied(self._end, volumes, pressures))  # type: ignore[return-value]

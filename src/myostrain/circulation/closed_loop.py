@@ -32,7 +32,7 @@ class ClosedLoop:
         period: Duration of a beat, s.
         left_atrium: E_A, E_B (mmHg/mL), T_C, T_R, t_C (s), V₀ (mL).
         right_atrium: The same of the right atrium.
-        right_ventricle: The same of the right ventricle, where it is no solid.
+        right_ventricle: The same of the right ventricle, where it is not a solid.
         systemic: R, C, L of the arteries, then of the veins (mmHg s/mL, mL/mmHg, mmHg s²/mL).
         pulmonary: The same of the lung.
         valve_open: Resistance of an open valve, mmHg s/mL.
@@ -63,7 +63,7 @@ class ClosedLoop:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Volumes of what is no solid, pressures and flows of the vessels, in mL, mmHg and mL/s."""
+        """Volumes of what is not a solid, pressures and flows of the vessels, in mL, mmHg and mL/s."""
         volumes = ("left_atrium_mL", "right_atrium_mL", "right_ventricle_mL")[: 4 - self.cavities]
         vessels = [f"{side}_{kind}" for side in ("systemic", "pulmonary") for kind in ("arteries", "veins")]
         return (*volumes, *(f"{name}_mmHg" for name in vessels), *(f"{name}_mL_per_s" for name in vessels))

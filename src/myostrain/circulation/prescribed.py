@@ -41,7 +41,7 @@ class PrescribedVolume:
     cavities: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        """Refuse what is no volume.
+        """Refuse what is not a volume.
 
         Raises:
             InputError: A volume is negative or zero.

@@ -156,7 +156,7 @@ def spread(
         key: Key of a case file, for messages.
 
     Raises:
-        InputError: The body is no solid, a root is far from the surface, or no way leads to some of it.
+        InputError: The body is not a solid, a root is far from the surface, or no way leads to some of it.
     """
     from scipy.spatial import KDTree
 

@@ -58,7 +58,7 @@ class Place:
     sampling: Literal["nodal", "mean"] = "nodal"
 
     def __post_init__(self) -> None:
-        """Refuse what is no place, or several."""
+        """Refuse what is not a place, or several."""
         kinds = {
             "center and radius": self.center is not None or self.radius is not None,
             "box": self.box is not None,

@@ -115,7 +115,7 @@ def check(model: Any, dim: int, path: Path, declared: Mapping[tuple[int, int], s
 def check_arrays(
     path: Path, dim: int, points: Array, cells: Indices, facets: Indices, facet_tags: Indices
 ) -> None:
-    """Refuse a mesh that is no gmsh model, as far as it can be told; its cells may be turned either way.
+    """Refuse a mesh that is not a gmsh model, as far as it can be told; its cells may be turned either way.
 
     Args:
         path: The file, for messages.

@@ -76,7 +76,7 @@ class EllipsoidalFibres:
         """Unit directions as UFL vectors.
 
         Raises:
-            InputError: The body is no solid between these two ellipsoids.
+            InputError: The body is not a solid between these two ellipsoids.
         """
         mesh = meshed.mesh
         if mesh.geometry.dim != 3:

@@ -124,7 +124,7 @@ def declared_groups(path: Path) -> dict[tuple[int, int], str]:
     gmsh itself keeps a name for the first group only that has it.
 
     Raises:
-        InputError: A name is no UTF-8.
+        InputError: A name is not UTF-8.
     """
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
         begin = content.find(b"\n$PhysicalNames")
@@ -179,7 +179,7 @@ def open_safely(gmsh: Any, path: Path, key: str) -> None:
 
 
 def _check_header(path: Path, key: str) -> None:
-    """Refuse what is no mesh: gmsh takes any other text for a script, and runs it."""
+    """Refuse what is not a mesh: gmsh takes any other text for a script, and runs it."""
     with path.open("rb") as stream:
         begin = stream.read(80)
     if not begin.startswith(b"$MeshFormat"):

@@ -16,7 +16,7 @@ PATIENCE = 30.0
 
 
 def readable(path: Path, key: str) -> None:
-    """Refuse a path that is no readable, non-empty, regular file.
+    """Refuse a path that is not a readable, non-empty, regular file.
 
     Args:
         path: The file.

@@ -37,7 +37,7 @@ class FunctionFibres:
         symbolic: Whether the functions are of UFL.
 
     Raises:
-        InputError: What is given is no function.
+        InputError: What is given is not a function.
     """
 
     fibre: Callable[[Any], Any]
@@ -59,7 +59,7 @@ class FunctionFibres:
 
         Raises:
             InputError: A function raises, gives something of another shape, or no direction somewhere; a
-                sheet is given on a body that is no solid, or along the fibre.
+                sheet is given on a body that is not a solid, or along the fibre.
         """
         mesh = meshed.mesh
         dim = mesh.geometry.dim

@@ -79,8 +79,8 @@ class RuleBasedFibres:
         """Unit directions as UFL vectors.
 
         Raises:
-            InputError: The body is no solid or has not these boundaries; the fibre turns too far; or there is
-                a cell in which the wall has no direction.
+            InputError: The body is not a solid or lacks these boundaries; the fibre turns too far; or there
+                is a cell in which the wall has no direction.
         """
         mesh = meshed.mesh
         if mesh.geometry.dim != 3:

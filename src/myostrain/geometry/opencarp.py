@@ -102,7 +102,7 @@ def write_opencarp(body: Body, path: str | Path, scale: float = 1.0) -> None:
         scale: Factor on the coordinates; openCARP counts in micrometres.
 
     Raises:
-        InputError: The body is no solid.
+        InputError: The body is not a solid.
     """
     if body.dim != 3:
         raise InputError("a mesh of openCARP is written of a solid", KEY)
@@ -183,7 +183,7 @@ def _text(path: Path, key: str) -> str:
     try:
         return path.read_text(encoding="ascii")
     except (OSError, ValueError) as error:
-        raise InputError(f"{path} is no text: {error}", key) from error
+        raise InputError(f"{path} is not a text file: {error}", key) from error
 
 
 def _numbers(path: Path, body: str, kind: type, key: str) -> Any:

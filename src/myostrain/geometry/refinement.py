@@ -73,7 +73,7 @@ def refined(body: Body, levels: int) -> Body:
         levels: How often; zero gives the body itself.
 
     Raises:
-        InputError: ``levels`` is no whole number from zero on, or there would be too many cells.
+        InputError: ``levels`` is not a whole number from zero on, or there would be too many cells.
     """
     levels = checked(Level, levels, "potential.refinement")
     cells = body.cells * 2.0 ** (body.dim * min(levels, 100))

@@ -106,7 +106,10 @@ def read_vtu(
         for key, (dim, kind, given) in wanted.items():
             values = found[f"{kind}:{chosen}"]
             if values.ndim != 1 or (values != np.floor(values)).any():
-                raise InputError(f"'{chosen}' in {path} are no tags: give whole numbers", "geometry.tags")
+                raise InputError(
+                    f"'{chosen}' in {path} does not hold tags, which are whole numbers: name another array",
+                    "geometry.tags",
+                )
             nodes = found["cells" if dim == 3 else "sides"].astype(np.int64)
             if len(nodes):
                 tagged[key] = Simplices(dim, nodes, values.astype(np.int64))
@@ -146,7 +149,7 @@ def _whole(boundaries: Mapping[str, int | str] | None) -> dict[str, int] | None:
     """Names and tags of boundaries."""
     for name, tag in (boundaries or {}).items():
         if not isinstance(tag, int):
-            raise InputError(f"'{tag}' is no tag: give a number", f"geometry.boundaries.{name}")
+            raise InputError(f"'{tag}' is not a tag: give a number", f"geometry.boundaries.{name}")
     return None if boundaries is None else {name: int(tag) for name, tag in boundaries.items()}
 
 

@@ -45,7 +45,7 @@ def grids(path: Path) -> dict[str, list[ET.Element]]:
     """The grids of a file by name.
 
     Raises:
-        InputError: The file is no XDMF file.
+        InputError: The file is not an XDMF file.
     """
     readable(path, KEY)
     try:
@@ -156,7 +156,7 @@ def hdf5_files(path: Path) -> list[Path]:
     """The HDF5 files that the grids of an XDMF file are in, each once, in their order.
 
     Raises:
-        InputError: It is no XDMF file.
+        InputError: It is not an XDMF file.
     """
     elements = [element for named in grids(path).values() for element in named]
     items = [item for element in elements for item in element.iter("DataItem")]

@@ -65,7 +65,7 @@ class EllipticityMonitor:
         mechanics: The mechanics of a solid.
 
     Raises:
-        InputError: The body is no solid.
+        InputError: The body is not a solid.
     """
 
     names = ("ellipticity",)

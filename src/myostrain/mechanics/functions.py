@@ -17,7 +17,7 @@ def check_with_functions(thing: Any, lowest: Mapping[str, float | None]) -> None
         lowest: The fields that may hold functions, and the least value of each; None for any.
 
     Raises:
-        InputError: A value does not fit, or is no function of time.
+        InputError: A value does not fit, or is not a function of time.
     """
     given = {name: wrapped(getattr(thing, name), f"mechanics.{name}", low) for name, low in lowest.items()}
     for name, values in given.items():

@@ -29,7 +29,7 @@ class ImposedStretch:
     until: Annotated[float, Field(strict=True)] = float("inf")
 
     def __post_init__(self) -> None:
-        """Refuse an ``until`` that is no time."""
+        """Refuse an ``until`` that is not a time."""
         if not self.until > 0:
             raise InputError(
                 f"{self.until} is not a time after the start; give a positive number or inf",

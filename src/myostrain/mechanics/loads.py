@@ -21,7 +21,7 @@ Vector = tuple[Finite, ...]
 
 
 def _ascending(course: Any) -> Any:
-    """Refuse points that are no function of time, or vectors of several lengths."""
+    """Refuse points that are not a function of time, or vectors of several lengths."""
     if course and isinstance(course[0], tuple):
         if any(later[0] <= earlier[0] for earlier, later in pairwise(course)):
             raise ValueError("give points [time, vector] with ascending times")

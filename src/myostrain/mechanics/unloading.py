@@ -59,7 +59,7 @@ def unloaded(
         The unloaded body, on the same mesh.
 
     Raises:
-        InputError: The body is no solid, no pressure acts, or rigid motions are free.
+        InputError: The body is not a solid, no pressure acts, or rigid motions are free.
         ComputationError: No reference was found: the wall is too soft for these pressures.
     """
     if body.dim != 3:

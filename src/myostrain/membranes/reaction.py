@@ -156,7 +156,7 @@ class Reaction:
 
         Returns:
             The states (states, nodes), the current and its derivative in v (nodes,), and the first node of
-            this process where a gate is out of [0, 1] or a state is no number, -1 for none.
+            this process where a gate is out of [0, 1] or a state is not a number, -1 for none.
         """
         self._trace(len(v))
         model = self._model
@@ -308,7 +308,7 @@ class Reaction:
         )
 
     def refuse_no_numbers(self, v: Array, current: Array, place: Callable[[int], Array], end: float) -> None:
-        """Stop where the current is no number (collective).
+        """Stop where the current is not a number (collective).
 
         Args:
             v: Potential at which it was evaluated (nodes,).
@@ -335,7 +335,7 @@ class Reaction:
             )
 
     def _first_wrong(self, states: Array) -> int:
-        """The first node where a gate is out of [0, 1] or a state is no number, -1 for none."""
+        """The first node where a gate is out of [0, 1] or a state is not a number, -1 for none."""
         good = np.isfinite(states)
         gates = states[self._gates]
         good[self._gates] &= (gates >= -GATE_MARGIN) & (gates <= 1 + GATE_MARGIN)

@@ -50,7 +50,7 @@ def changes(
         also: Other names that are known where these are given.
 
     Raises:
-        InputError: An unknown name, an unknown set, or a parameter that is no number.
+        InputError: An unknown name, an unknown set, or a parameter that is not a number.
     """
     found: dict[str, Any] = {}
     name, known = type(membrane).__name__, numbers(membrane)

@@ -36,7 +36,7 @@ def compare(*folders: str | Path | Results) -> Comparison:
             the first. What of a run that has not reached its end there is, is compared too.
 
     Raises:
-        InputError: There are not two, or one is no result folder.
+        InputError: There are not two, or one is not a result folder.
     """
     if len(folders) < 2:
         raise InputError("name two result folders at least", "DIR")

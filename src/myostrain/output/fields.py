@@ -82,6 +82,7 @@ class FieldWriter:
             fibres = cell_fibres(body) if body.dim > 1 else None
             if model.mechanics is not None:
                 about = {**(about or {}), "kinematics": _described(model.mechanics.kinematics)}
+                about["yields"] = model.mechanics.yields
             quadratic = None if whole is None else whole.function_space
             self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres, about, quadratic)
 

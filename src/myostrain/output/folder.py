@@ -239,7 +239,7 @@ def read_regular(path: Path, limit: int = -1) -> bytes:
         limit: Number of bytes to read at most.
 
     Raises:
-        OSError: It cannot be read, or is no regular file.
+        OSError: It cannot be read, or is not a regular file.
     """
     handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     with os.fdopen(handle, "rb") as stream:

@@ -175,14 +175,15 @@ class MeasureTable:
     """``measures.csv``: one column per measured quantity or reaction, and what metrics say of them.
 
     Args:
-        model: The coupled problem; of what is no solid only reactions of supports are measured.
+        model: The coupled problem; of what is not a solid only reactions of supports are measured.
         folder: The result folder; None writes nothing.
         ellipticity: Whether to look for a loss of ellipticity too.
         septum: Where the septum of a left ventricle is, see :class:`~myostrain.output.measures.Measures`.
         saved: State of an earlier run to go on from; None begins anew.
 
     Raises:
-        InputError: The earlier table is shorter than it was, or ellipticity is asked for of what is no solid.
+        InputError: The earlier table is shorter than it was, or ellipticity is asked for and the body is no
+                solid.
     """
 
     def __init__(

@@ -86,8 +86,8 @@ class TipTable:
         saved: State of an earlier run to go on from; None begins anew.
 
     Raises:
-        InputError: The body is no sheet, the membrane has no such state, or the earlier table is shorter than
-            it was.
+        InputError: The body is not a sheet, the membrane lacks the state, or the earlier table is shorter
+            than it was.
     """
 
     def __init__(

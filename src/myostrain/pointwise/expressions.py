@@ -219,7 +219,7 @@ class Expression:
         """Refused, but for constants.
 
         Raises:
-            Untraceable: It is no constant.
+            Untraceable: It is not a constant.
         """
         if self.op == "const":
             return float(self.value)

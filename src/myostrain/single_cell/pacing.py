@@ -126,7 +126,7 @@ def cell(
 
     Raises:
         InputError: No membrane, or a number that cannot be.
-        ComputationError: A gate has left [0, 1], the potential its range by far, or one is no number.
+        ComputationError: A gate has left [0, 1], the potential its range by far, or one is not a number.
     """
     check_membrane(membrane)
     names = tuple(getattr(membrane, "states", ()))

@@ -254,7 +254,7 @@ def _read(path: Path) -> Contents:
         raise InputError(f"there is no file {path}", KEY) from None
     except OSError as error:
         raise InputError(f"the file {path} cannot be read: {error.strerror}", KEY) from None
-    except ValueError as error:  # a zero byte in the name, and what is no UTF-8
+    except ValueError as error:  # a zero byte in the name, and what is not UTF-8
         raise InputError(f"{str(path)!r} cannot be read: {error}", KEY) from None
     try:
         return _parsed(reader, text)

@@ -58,7 +58,7 @@ def read_mmt(text: str) -> Contents:
 
     Raises:
         ImportError: Myokit is not there.
-        Unreadable: It is no such file.
+        Unreadable: It is not such a file.
     """
     import myokit
 
@@ -76,7 +76,7 @@ def read_cellml(text: str) -> Contents:
 
     Raises:
         ImportError: Myokit is not there.
-        Unreadable: It is no such file.
+        Unreadable: It is not such a file.
     """
     import myokit
     from myokit.formats.cellml import CellMLImporter

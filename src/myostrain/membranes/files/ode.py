@@ -48,7 +48,7 @@ def read_ode(text: str) -> Contents:
 
     Raises:
         ImportError: gotranx is not there.
-        Unreadable: It is no such file.
+        Unreadable: It is not such a file.
     """
     from lark.exceptions import UnexpectedInput
 

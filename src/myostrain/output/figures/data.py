@@ -43,19 +43,26 @@ class Recording(Reader):
             return float(declared[0]), float(declared[1])
         return potential_range(values)
 
-    def label(self, symbol: str, quantity: str) -> str:
-        """An axis label: the symbol and its unit; without ``[units]`` values say that they have none.
+    @property
+    def heading(self) -> str:
+        """What stands above a picture: the title, and once that all is non-dimensional, where it is."""
+        return self.title if self.units else f"{self.title}, non-dimensional"
 
-        Lengths and times do not say it again.
-        """
-        lone = None if quantity in ("length", "time") else "non-dimensional"
-        unit = self.units.get(quantity) if self.units else lone
+    @property
+    def activation_label(self) -> str:
+        """The axis label of what the activation law yields."""
+        yields = self.snapshots.about.get("yields")
+        return {"strain": r"$\gamma$", "tension": self.label("active tension", "stress")}.get(
+            str(yields), "activation"
+        )
+
+    def label(self, symbol: str, quantity: str) -> str:
+        """An axis label: the symbol and its unit, where it has one; the heading says where nothing has."""
+        unit = self.units.get(quantity)
         return symbol if unit is None else f"{symbol} ({unit})"
 
     def rate_label(self, symbol: str, quantity: str, over: str) -> str:
         """An axis label of a quantity over another one, such as a length over a time."""
-        if not self.units:
-            return f"{symbol} (non-dimensional)"
         one, other = self.units.get(quantity), self.units.get(over)
         return symbol if one is None or other is None else f"{symbol} ({one}/{other})"
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from myostrain.errors import InputError, nearest
 from myostrain.output.figures.choice import Choice, choice, choosing
 from myostrain.output.figures.codes import draw_codes
+from myostrain.output.figures.course import draw_deformation, draw_probes, hues
 from myostrain.output.figures.curves import draw_curves
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.line import draw_line
@@ -17,18 +18,18 @@ from myostrain.output.figures.published import draw_benchmark
 from myostrain.output.figures.sheet import draw_sheet
 from myostrain.output.figures.shown import PICTURES
 from myostrain.output.figures.solid import draw_solid
-from myostrain.output.figures.style import COLOURS, GREY, SEQUENTIAL, new_figure, plain, save, style
+from myostrain.output.figures.style import GREY, new_figure, plain, save, style
 from myostrain.output.figures.tips import draw_tips
 from myostrain.output.folder import writing
 from myostrain.output.manifest import make_folder
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib import colormaps
 
 #: Pictures that are of no field of the frames.
 OTHERS = (
     "animation",
+    "deformation",
     "ecg",
     "evolution",
     "fibres",
@@ -50,10 +51,10 @@ def draw(folder: Path, wanted: Choice | None = None) -> list[Path]:
     ``folder/rigid`` beside it if there is one, and ``maps.png``; a sheet gives ``potential.png``,
     ``stress.png``, ``activation-times.png``, ``apd90.png``, ``conduction-velocity.png``, ``animation.gif``,
     and ``tip.png`` of a spiral; a solid these, ``displacement.png`` and ``fibres.png``, if PyVista is there;
-    cavities ``loop.png``, ``cavities.png`` and ``wiggers.png``; a solid ``measures.png``, with segments
-    ``strains.png`` and ``bullseye.png``; probes of any body give ``probes.png``, electrodes
-    ``ecg.png``, published numbers to compare with ``land.png``, published activation times or
-    displacements ``published.png``.
+    cavities ``loop.png``, ``cavities.png`` and ``wiggers.png``; what is measured ``measures.png``, with
+    segments ``strains.png`` and ``bullseye.png``; a body that deforms ``deformation.png``; probes give
+    ``probes.png``, electrodes ``ecg.png``, published numbers to compare with ``land.png``, published
+    activation times or displacements ``published.png``.
     What was not recorded, or not any more because the run failed, is left out. Files of earlier calls are
     replaced.
 
@@ -99,12 +100,12 @@ def _draw(folder: Path) -> list[Path]:
             written += draw_solid(run, figures)
         if wants("loops"):
             written += draw_loops(run, figures)
-        if wants("measures") and run.dim == 3:
+        if wants("measures"):
             written += draw_measures(run, figures)
-        times, histories = run.probe_histories("potential")
-        label = run.label("$v$", "potential")
+        if wants("deformation"):
+            written += draw_deformation(run, figures / "deformation.png")
         if wants("probes"):
-            written += _signals(run, times, histories, label, run.rest, figures / "probes.png")
+            written += draw_probes(run, figures / "probes.png")
         leads = run.table("ecg.csv")
         times, label = leads.pop("time", np.empty(0)), "$\\varphi$ over $\\sigma / \\sigma_e$"
         if run.dim == 3:
@@ -132,13 +133,10 @@ def _signals(
     """Values over time, a curve a name, and a thin line at a level."""
     if len(times) < 2 or not signals:
         return []
-    figure = new_figure(7.2, 3.4, run.title)
+    figure = new_figure(7.2, 3.4, run.heading)
     panel = figure.add_subplot()
-    count = len(signals)
-    colours = (
-        COLOURS[:count] if count <= len(COLOURS) else [colormaps[SEQUENTIAL](i / count) for i in range(count)]
-    )
-    lines = [panel.plot(times, v, color=c)[0] for v, c in zip(signals.values(), colours, strict=True)]
+    curves = zip(signals.values(), hues(len(signals)), strict=True)
+    lines = [panel.plot(times, v, color=c)[0] for v, c in curves]
     panel.legend(lines, [f" {plain(name)}" for name in signals], loc="center left", bbox_to_anchor=(1.0, 0.5))
     panel.axhline(level, color=GREY, linewidth=0.5, zorder=1)
     panel.set(xlabel=run.label("$t$", "time"), ylabel=label)

@@ -64,7 +64,7 @@ def draw_fibres(body: Body, path: Path, axis: tuple[float, float] = (0.0, 0.0)) 
         axis: X and Y of the body's long axis, which is along Z.
 
     Raises:
-        InputError: The body is no solid, or PyVista is not there.
+        InputError: The body is not a solid, or PyVista is not there.
     """
     from myostrain.output.fields import cell_fibres
 
@@ -94,7 +94,7 @@ def draw_recorded_fibres(recording: Recording, path: Path) -> Path:
     low, high = recording.points.min(axis=0), recording.points.max(axis=0)
     own = recording.case.get("geometry", {}).get("kind") in ("ventricle", "biventricle")
     axis = (0.0, 0.0) if own else (float(low[0] + high[0]) / 2, float(low[1] + high[1]) / 2)
-    title, unit = recording.title, recording.unit("length")
+    title, unit = recording.heading, recording.unit("length")
     return _draw(recording.points, recording.cells, recording.fibres, title, unit, axis, path)
 
 

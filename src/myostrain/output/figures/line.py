@@ -137,7 +137,7 @@ def _pulse(recording: Recording, twin: Recording | None, path: Path) -> Path:
     moves = recording.has("displacement")
     table = _table(recording, {} if twin is None else twin.metrics, moves)
     heights = ([2.6] if moves else []) + [2.6] + ([0.24 * (len(table) + 1)] if table else [])
-    figure = new_figure(7.2, sum(heights) + 0.9, recording.title)
+    figure = new_figure(7.2, sum(heights) + 0.9, recording.heading)
     panels = figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
     runs: list[tuple[Recording, int, dict[str, Any]]] = [
         (recording, -1, {"color": BLUE, "label": "contracting" if moves else "rigid", "zorder": 2.2})
@@ -225,7 +225,7 @@ def _write_table(panel: Any, rows: list[list[str]], lines: list[dict[str, Any]])
 def _evolution(recording: Recording, field: str, path: Path, count: int = 6) -> Path:
     """A field over x at a few times; of v the paper's figure 2."""
     frames = recording.chosen_frames(telling_frames(recording.history("potential"), count))
-    figure = new_figure(7.2, 3.6, recording.title)
+    figure = new_figure(7.2, 3.6, recording.heading)
     panel = figure.add_subplot()
     hues = colormaps[SEQUENTIAL](np.linspace(0.0, 0.9, len(frames)))
     for frame, colour in zip(frames, hues, strict=True):
@@ -245,7 +245,7 @@ def _evolution(recording: Recording, field: str, path: Path, count: int = 6) -> 
 def _space_time(recording: Recording, twin: Recording | None, path: Path) -> Path:
     """v over X and t, with the twin's front dashed."""
     X, v = sorted_line(recording.points[:, 0], recording.history("potential"))
-    figure = new_figure(7.2, 4.4, recording.title)
+    figure = new_figure(7.2, 4.4, recording.heading)
     panel = figure.add_subplot()
     norm = Normalize(*recording.potential_range(v))
     fine = resampled(resampled(v, recording.time, 600).T, X, 1200).T

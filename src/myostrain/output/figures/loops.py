@@ -37,7 +37,7 @@ def draw_loops(recording: Recording, folder: Path) -> list[Path]:
     if not names:
         return []
     (volume, across), (pressure, up) = scales(recording)
-    figure = new_figure(4.8, 4.0, recording.title)
+    figure = new_figure(4.8, 4.0, recording.heading)
     panel = figure.add_subplot()
     last = last_beat(recording, table["time"])
     for name, colour in zip(names, COLOURS, strict=False):
@@ -49,7 +49,7 @@ def draw_loops(recording: Recording, folder: Path) -> list[Path]:
     panel.set(xlabel=across, ylabel=up)
     written = [save(figure, folder / "loop.png")]
 
-    figure = new_figure(6.4, 4.6, recording.title)
+    figure = new_figure(6.4, 4.6, recording.heading)
     above, below = figure.subplots(2, 1, sharex=True)
     for name, colour in zip(names, COLOURS, strict=False):
         above.plot(table["time"], pressure * table[f"pressure_{name}"], color=colour, label=plain(name))
@@ -67,7 +67,7 @@ def draw_loops(recording: Recording, folder: Path) -> list[Path]:
         return written
     signals, label = _signals(recording)
     rows = 3 if signals else 2
-    figure = new_figure(6.4, 2.2 + 1.4 * rows, recording.title)
+    figure = new_figure(6.4, 2.2 + 1.4 * rows, recording.heading)
     above, middle, *below = figure.subplots(rows, 1, sharex=True, height_ratios=(2, 1.4, 1)[:rows])
     t = beat["time"]
     for name, colour in zip(names, COLOURS, strict=False):

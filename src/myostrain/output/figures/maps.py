@@ -90,7 +90,7 @@ def draw_line_maps(recording: Recording, path: Path) -> list[Path]:
     maps = nodal_maps(recording)
     if not maps:
         return []
-    figure = new_figure(7.2, 0.9 + 1.9 * len(maps), recording.title)
+    figure = new_figure(7.2, 0.9 + 1.9 * len(maps), recording.heading)
     panels = figure.subplots(len(maps), 1, sharex=True, squeeze=False)[:, 0]
     order = np.argsort(recording.points[:, 0])
     for panel, each in zip(panels, maps, strict=True):

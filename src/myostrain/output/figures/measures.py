@@ -21,6 +21,9 @@ Array = npt.NDArray[np.float64]
 
 STRAINS = ("longitudinal", "circumferential", "radial")
 
+#: Forces below this are sums that vanish, such as those of springs all round.
+ROUNDING = 1e-5
+
 #: Letters in a line of a panel's title.
 TITLE = 36
 
@@ -49,7 +52,11 @@ def draw_measures(recording: Recording, folder: Path) -> list[Path]:
     if len(table.get("time", ())) < 2:
         return []
     written = []
-    if shown := [name for name in table if name == "volume_ratio" or not ELSEWHERE.fullmatch(name)]:
+    shown = [name for name in table if name == "volume_ratio" or not ELSEWHERE.fullmatch(name)]
+    if recording.dim < 3:  # of a solid there is much else
+        forces = [name for name in table if name.startswith("reaction_")]
+        shown += [name for name in forces if np.abs(table[name]).max() > ROUNDING]
+    if shown:
         written.append(_over_time(recording, {name: table[name] for name in shown}, table["time"], folder))
     if f"{STRAINS[0]}_strain_{COUNT}" in table:
         strains = {kind: since_first(table, kind) for kind in STRAINS}
@@ -67,7 +74,7 @@ def since_first(table: Mapping[str, Array], kind: str) -> Array:
 def _over_time(recording: Recording, shown: Mapping[str, Array], time: Array, folder: Path) -> Path:
     columns = min(3, len(shown))
     rows = -(-len(shown) // columns)
-    figure = new_figure(2.8 * columns, 0.6 + 1.9 * rows, recording.title)
+    figure = new_figure(2.8 * columns, 0.6 + 1.9 * rows, recording.heading)
     panels = figure.subplots(rows, columns, sharex=True, squeeze=False).reshape(-1)
     for panel, (name, values) in zip(panels, shown.items(), strict=False):
         about = attributes(name, recording.units or {}, recording.dim)
@@ -92,7 +99,7 @@ def _widen(panel: Any, values: Array) -> None:
 
 
 def _strains(recording: Recording, strains: Mapping[str, Array], time: Array, folder: Path) -> Path:
-    figure = new_figure(7.6, 3.0, recording.title)
+    figure = new_figure(7.6, 3.0, recording.heading)
     panels = figure.subplots(1, len(strains), sharex=True)
     rings = [(range(6), "basal"), (range(6, 12), "mid"), (range(12, 16), "apical"), (range(16, 17), "apex")]
     for panel, (kind, values) in zip(panels, strains.items(), strict=True):
@@ -115,7 +122,7 @@ def _bulls_eyes(
     peaks = {f"{kind} strain (%)": 100 * _largest(values) for kind, values in strains.items()}
     stress = np.array([table[f"fibre_stress_{n}"] for n in range(1, COUNT + 1)])
     peaks[recording.label("stress along the fibre\n", "stress")] = _largest(stress)
-    figure = new_figure(8.4, 2.9, recording.title)
+    figure = new_figure(8.4, 2.9, recording.heading)
     for number, (title, values) in enumerate(peaks.items(), start=1):
         panel = figure.add_subplot(1, len(peaks), number, projection="polar")
         low, high = symmetric_range(values)

@@ -121,7 +121,7 @@ class Page:
     def axes(self, scene: Scene, *, right: bool = False) -> None:
         """Arrows along the axes as a scene shows them, of a round length that is written beside them."""
         longest = ARROW * self._dpi * scene.pixel
-        length = max(value for value in _round_numbers(longest) if value <= longest * 1.001)
+        length = max(value for value in round_numbers(longest) if value <= longest * 1.001)
         side = 1.5 * self._dpi
         panel = self._axes(self._width * self._dpi - side if right else 0, 0, side, STRIP * self._dpi)
         panel.set(xlim=(0, 1.5), ylim=(0, STRIP))
@@ -146,7 +146,7 @@ class Page:
         )
 
 
-def _round_numbers(about: float) -> list[float]:
+def round_numbers(about: float) -> list[float]:
     """1, 2, 5 and so on times powers of ten, around a number."""
     power = 10.0 ** np.floor(np.log10(about))
     return [float(f"{factor * power:.6g}") for factor in (0.5, 1, 2, 5)]

@@ -7,7 +7,9 @@ from typing import Any
 
 from myostrain.output.figures.choice import choice
 from myostrain.output.figures.data import Recording
+from myostrain.output.figures.line import telling_frames
 from myostrain.output.figures.maps import NodalMap, nodal_maps
+from myostrain.output.figures.page import round_numbers
 from myostrain.output.figures.raster import interpolated
 from myostrain.output.figures.shown import colours, scalar, shown_fields
 from myostrain.output.figures.style import (
@@ -33,6 +35,10 @@ from PIL import Image
 
 Array = npt.NDArray[np.float64]
 
+#: Times that a picture shows at most.
+PANELS = 6
+#: Longest scale bar, as a share of a panel's width.
+BAR = 0.4
 #: Of the film: most frames, dots per inch, milliseconds a frame and of the last.
 FRAMES, FILM_DPI, PACE, REST = 60, 100, 80, 1500
 
@@ -67,7 +73,12 @@ def draw_sheet(recording: Recording, folder: Path) -> list[Path]:
         The files written: those for which the fields were recorded.
     """
     written = []
-    frames = recording.chosen_frames([len(recording.time) - 1])
+    field = "potential" if recording.has("potential") else "displacement"
+    telling = [len(recording.time) - 1]
+    if recording.has(field) and not choice().times:
+        history = recording.history(field).reshape(len(recording.time), -1)
+        telling = telling_frames(history, min(PANELS, len(recording.time)))
+    frames = recording.chosen_frames(telling)
     for name, field in shown_fields(recording, ("potential", "stress")).items():
         written.append(_stills(recording, field, frames, folder / f"{name}.png"))
     maps = [each for each in nodal_maps(recording) if choice().wants(each.name)]
@@ -86,7 +97,7 @@ def _page(
     width, height = np.maximum(5.4 * (high - low) / (high - low).max(), 1.2)
     # More for title, labels and colour bar, which is below a wide body.
     width, height = (width + 1.9, height + 1.2) if width < 1.5 * height else (width + 1.4, height + 2.2)
-    figure = new_figure(width, height, recording.title, compress=True, dpi=dpi)
+    figure = new_figure(width, height, recording.heading, compress=True, dpi=dpi)
     panel = figure.add_subplot(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     x, y = ("x", "y") if deformed else ("X", "Y")
     panel.set(xlabel=recording.label(f"${x}$", "length"), ylabel=recording.label(f"${y}$", "length"))
@@ -137,25 +148,31 @@ def _stills(recording: Recording, field: str, frames: list[int], path: Path) -> 
 
 
 def _panels(recording: Recording, places: Array, count: int) -> tuple[Figure, list[Any]]:
-    """A figure with equal panels side by side, in as many rows as it takes."""
+    """A figure with equal panels side by side, in rows of equal length, and a scale bar below the first."""
     low, high = places.min(axis=0), places.max(axis=0)
-    low, high = low - 0.04 * (high - low).max(), high + 0.04 * (high - low).max()
-    width, height = np.maximum(3.0 * (high - low) / (high - low).max(), 0.8)
-    columns = min(count, max(1, int(9.0 / width)))
-    rows = -(-count // columns)
+    side = (high - low).max()
+    low, high = low - 0.02 * side, high + 0.02 * side
+    width, height = np.maximum(3.0 * (high - low) / side, 0.8)
+    rows = -(-count // min(count, max(1, int(9.0 / width))))
+    columns = -(-count // rows)
     figure = new_figure(
-        columns * (width + 0.25) + 0.6, rows * (height + 0.45) + 1.4, recording.title, compress=True
+        columns * (width + 0.25) + 0.6, rows * (height + 0.45) + 1.4, recording.heading, compress=True
     )
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     for panel in grid.reshape(-1):
-        panel.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    for panel in grid[-1]:
-        panel.set_xlabel(recording.label("$x$", "length"))
-    for panel in grid[:, 0]:
-        panel.set_ylabel(recording.label("$y$", "length"))
-    for panel in grid.reshape(-1)[count:]:
+        panel.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1] - 0.12 * side, high[1]))
         panel.axis("off")
+    _scale_bar(grid[0, 0], low[0] + 0.02 * side, low[1] - 0.03 * side, BAR * (high - low)[0], recording)
     return figure, list(grid.reshape(-1)[:count])
+
+
+def _scale_bar(panel: Any, x: float, y: float, longest: float, recording: Recording) -> None:
+    """A bar of a round length, that is written below it, with its left end at (x, y)."""
+    length = max(value for value in round_numbers(longest) if value <= longest * 1.001)
+    panel.plot([x, x + length], [y, y], color="#444444", linewidth=2, solid_capstyle="butt", clip_on=False)
+    words = f"{length:g} {recording.unit('length')}".strip()
+    place = {"textcoords": "offset points", "ha": "center", "va": "top", "fontsize": 8}
+    panel.annotate(words, (x + length / 2, y), (0, -3), **place)
 
 
 def _map(recording: Recording, shown: NodalMap, path: Path) -> Path:

@@ -43,8 +43,11 @@ def colours(recording: Recording, field: str, values: Array) -> tuple[str, Norma
     if field == "displacement":
         label = recording.label("displacement $|u|$", "length")
         return SEQUENTIAL, Normalize(0.0, float(values.max()) or 1.0), label
-    about = attributes(field, recording.units, recording.dim)
-    unit = about.get("units") if recording.units else "non-dimensional"
+    if field == "activation":
+        about = {"long_name": recording.activation_label}
+    else:
+        about = attributes(field, recording.units, recording.dim)
+    unit = about.get("units")
     label = about["long_name"] if unit in (None, "1") else f"{about['long_name']} ({unit})"
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     if field.startswith("stress") or low < -0.1 * high < 0:

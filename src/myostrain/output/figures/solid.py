@@ -132,7 +132,7 @@ class _Solid:
         return Scene(look, X, self.places, pixel, reference=self.moves, finer=finer)
 
     def _page(self, scenes: Sequence[Scene], columns: int, dpi: int | None = None) -> Page:
-        return Page(self.recording.title, self.recording.unit("length"), scenes, columns, dpi)
+        return Page(self.recording.heading, self.recording.unit("length"), scenes, columns, dpi)
 
     def _times(self, values: Array, cmap: str, norm: Normalize, label: str, path: Path) -> Path:
         """A field (times, p) on the deformed body at the times that are shown."""

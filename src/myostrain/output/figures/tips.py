@@ -37,7 +37,7 @@ def draw_tips(recording: Recording, twin: Recording | None, path: Path) -> list[
     low, high = recording.points.min(axis=0), recording.points.max(axis=0)
     margin = 0.04 * (high - low).max()
     width, height = np.maximum(4.2 * (high - low) / (high - low).max(), 1.5)
-    figure = new_figure(1.3 + (width + 0.7) * len(panels), height + 1.8, recording.title, compress=True)
+    figure = new_figure(1.3 + (width + 0.7) * len(panels), height + 1.8, recording.heading, compress=True)
     axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     first, last = found["time"].min(), found["time"].max()
     for panel, (title, across, up, places, times) in zip(axes, panels, strict=True):
