@@ -48,6 +48,27 @@ class Stop:
             os.kill(os.getpid(), signal.SIGTERM)
 
 
+class Enough(Exception):
+    """What a script stops a run with."""
+
+
+def test_a_script_that_stops_a_run_leaves_a_checkpoint(tmp_path):
+    """Its exception comes through, and the run goes on from the step after which it was raised."""
+    case = Case.from_dict(changed(BARE, {"output.checkpoint_every": 1.0}))
+
+    class Stopping(Stop):
+        def update(self, step, time):
+            if step == self.after:
+                raise Enough
+
+    with pytest.raises(Enough):
+        run_case(case, tmp_path, comm=ALONE, figures=False, progress=Stopping(3))
+    assert [path.name for path in (tmp_path / "checkpoint").glob("*.ckpt")] == ["step-000000003.ckpt"]
+    assert "the script stopped the run" in (tmp_path / "run.log").read_text()
+    run_case(case, tmp_path, comm=ALONE, figures=False, resume=True)
+    assert "step 3" in (tmp_path / "run.log").read_text()
+
+
 def stopped(case, out, after):
     with pytest.raises(Interrupted):
         run_case(Case.from_dict(case), out, comm=ALONE, figures=False, progress=Stop(after))

@@ -20,7 +20,7 @@ from myostrain.output.lock import FolderLock
 from myostrain.output.log import RunLog, log_end, log_start
 from myostrain.output.manifest import claim
 from myostrain.run.resume import differences, fixed, said
-from myostrain.run.simulation import Progress
+from myostrain.run.schedule import Progress
 
 #: Is in the result folder while figures are drawn.
 DRAWING = ".drawing"

@@ -9,7 +9,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from myostrain.engine import fem, lasting
 from myostrain.errors import InputError
@@ -20,6 +20,9 @@ from myostrain.solvers.linear import global_dofs
 from myostrain.state import CellState, FieldState, State
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from myostrain.coupling import Electromechanics
 
 #: First line of every checkpoint: what it is, and the version of its format.
 FORMAT = "myostrain checkpoint 3"
@@ -32,6 +35,14 @@ CELLS = {"space", "corners", "values"}
 
 #: How many are kept.
 KEPT = 2
+
+
+def spaces_of(model: Electromechanics) -> list[fem.FunctionSpace]:
+    """Function spaces of what a model's state holds."""
+    spaces = [model.potential.v.function_space]
+    if model.mechanics is not None:
+        spaces += [model.mechanics.u.function_space, model.mechanics.activation.function_space]
+    return spaces
 
 
 class Checkpoints:

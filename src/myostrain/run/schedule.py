@@ -7,9 +7,17 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from myostrain.errors import InputError, shown
+
+
+class Progress(Protocol):
+    """What is told how far a run is."""
+
+    def update(self, step: int, time: float) -> None:
+        """``step`` steps are done, the simulated time is ``time``."""
+        ...
 
 
 class Schedule:

@@ -6,10 +6,11 @@ import contextlib
 import json
 import logging
 import math
+import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, lasting, versions
@@ -20,26 +21,18 @@ from myostrain.output.nodal_values import FieldName, check_fields
 from myostrain.output.probes import Probes
 from myostrain.output.tips import Tip
 from myostrain.output.units import about
-from myostrain.run.checkpoint import Checkpoints, file_digests
+from myostrain.run.checkpoint import Checkpoints, file_digests, spaces_of
 from myostrain.run.interrupts import Interrupts
 from myostrain.run.record import Record, Wanted, percentages, plain_points
 from myostrain.run.resume import accept, built, restoring
 from myostrain.run.retries import Recovery, check_finite
-from myostrain.run.schedule import Callback, CheckpointClock, Schedule, callbacks, check_times
+from myostrain.run.schedule import Callback, CheckpointClock, Progress, Schedule, callbacks, check_times
 from myostrain.state import State
 
 log = logging.getLogger("myostrain")
 
 #: Seconds of wall clock between checkpoints, unless given.
 CHECKPOINT_SECONDS = 10.0
-
-
-class Progress(Protocol):
-    """What is told how far a run is."""
-
-    def update(self, step: int, time: float) -> None:
-        """``step`` steps are done, the simulated time is ``time``."""
-        ...
 
 
 class Simulation:
@@ -193,7 +186,8 @@ class Simulation:
             ComputationError: A solver failed whatever was tried, a value became NaN, or a file cannot be
                 written. What was computed stays in the folder, with ``failure.json`` in place of
                 ``results.json``, and a checkpoint of the last good state.
-            Interrupted: SIGINT or SIGTERM came; a checkpoint was written.
+            Interrupted: SIGINT or SIGTERM came; a checkpoint was written, as before what ``progress`` or a
+                callback raises goes on to the caller.
             InputError: There are checkpoints to resume from, but none can be used.
         """
         try:
@@ -212,7 +206,7 @@ class Simulation:
         self._ran = True
         self._checkpoint_seconds = 0.0
         recovery = Recovery(model)
-        checkpoints = None if out is None else Checkpoints(out, _spaces(model))
+        checkpoints = None if out is None else Checkpoints(out, spaces_of(model))
         saved = self._saved(checkpoints)
         if saved is None:
             try:
@@ -243,16 +237,14 @@ class Simulation:
         record = Record(model, self._wanted, out, saved)
         try:
             record.begin()
-            if saved is None:
-                self._call(0)
+            if saved is None and (stopped := self._call(0)):
+                raise stopped
             for number in range(first + 1, self.steps + 1):
                 start = model.time
                 recovery.step(number * self.step)
                 record.observe(start, number)
-                self._call(number)
-                if progress is not None:
-                    progress.update(number, model.time)
-                self._pause(number, checkpoints, state, interrupts)
+                stopped = self._call(number, progress)
+                self._pause(number, checkpoints, state, interrupts, stopped)
             record.finish()
         except ComputationError as error:
             failure = self._failed(error, checkpoints, state)
@@ -309,21 +301,28 @@ class Simulation:
         return saved
 
     def _pause(
-        self, number: int, checkpoints: Checkpoints | None, state: Any, interrupts: Interrupts
+        self,
+        number: int,
+        checkpoints: Checkpoints | None,
+        state: Any,
+        interrupts: Interrupts,
+        stopped: BaseException | None,
     ) -> None:
-        """After a step: write a checkpoint where one is due, stop where a signal came."""
-        if checkpoints is None:
-            return
-        noted, clock = interrupts.noted, self._clock.due()
+        """After a step: write a checkpoint where one is due, stop where a signal or the script says so."""
+        noted, clock, ends = interrupts.noted, self._clock.due(), stopped is not None
         if self._comm.size > 1:
             clock = self._comm.bcast(clock, root=0)
             noted = self._comm.allreduce(noted, op=MPI.MAX)
-        if noted or clock or self._checkpoints_due.due(number):
+            ends = self._comm.allreduce(ends, op=MPI.LOR)
+        if checkpoints is not None and (noted or ends or clock or self._checkpoints_due.due(number)):
             begin = time.perf_counter()
             checkpoints.write(number, state())
             self._checkpoint_seconds += (spent := time.perf_counter() - begin)
             self._clock.written(spent)
-        if noted and number < self.steps:
+        if ends:
+            log.warning("the script stopped the run at t = %.6g", self.model.time)
+            raise stopped or Interrupted(signal.SIGTERM, self.model.time)  # or on another process
+        if checkpoints is not None and noted and number < self.steps:
             log.warning("signal %d: stopped at t = %.6g after a checkpoint", noted, self.model.time)
             raise Interrupted(noted, self.model.time)
 
@@ -345,10 +344,19 @@ class Simulation:
                 write_json(self.out / "failure.json", record)
         return failure
 
-    def _call(self, number: int) -> None:
-        for call, schedule in self._callbacks:
-            if schedule.due(number):
-                call(self)
+    def _call(self, number: int, progress: Progress | None = None) -> BaseException | None:
+        """Tell the script of a step; what it stops the run with, None if it goes on."""
+        try:
+            for call, schedule in self._callbacks:
+                if schedule.due(number):
+                    call(self)
+            if progress is not None:
+                progress.update(number, self.model.time)
+        except ComputationError:
+            raise
+        except BaseException as error:  # noqa: BLE001 - whatever the script raises
+            return error
+        return None
 
     def _results(
         self,
@@ -389,11 +397,3 @@ class Simulation:
             "parameters": self._case["parameters"],
             "versions": versions(),
         }
-
-
-def _spaces(model: Electromechanics) -> list[Any]:
-    """Function spaces of what a model's state holds."""
-    spaces = [model.potential.v.function_space]
-    if model.mechanics is not None:
-        spaces += [model.mechanics.u.function_space, model.mechanics.activation.function_space]
-    return spaces
