@@ -1,5 +1,6 @@
 """A contracting ventricle of straight and of curved cells beside an independent axisymmetric solution."""
 
+from myostrain import Case, cases
 from myostrain.activation import TransverselyIsotropic
 from myostrain.engine import MPI
 from myostrain.geometry import Ventricle, build
@@ -46,8 +47,28 @@ def test_twist_at_the_shipped_resolution(order, expected, within):
         mechanics.activation.x.array[:] = STRAIN * i / 3
         mechanics.solve(float(i))
         mechanics.accept(float(i))
+    assert twist(mechanics) == pytest.approx(expected, rel=within)
+
+
+def twist(mechanics):
+    """Turn of the lowest fifth of a ventricle of Land et al. against the highest, from below, degrees."""
+    body = mechanics.body
     x = ufl.SpatialCoordinate(body.mesh) + ufl.split(mechanics.u)[0]
     axis = np.array([0.0, 0.0, 1.0])
     apical, basal = (_Region(body, x, axis, *ends).rotation() for ends in ((-20.0, -15.0), (0.0, 5.0)))
     turn = basal.T @ apical
-    assert np.degrees(np.arctan2(-turn[1, 0], turn[0, 0])) == pytest.approx(expected, rel=within)
+    return np.degrees(np.arctan2(-turn[1, 0], turn[0, 0]))
+
+
+@pytest.mark.slow
+def test_twist_of_the_shipped_ventricle():
+    """ventricle-3d at its shipped mesh, supports and pressure, but with fibres in closed form and a uniform
+    γ = -0.2, beside the axisymmetric 13.759 (3 × 20 cubic cells); straight cells have 12.82."""
+    fibres = 'fibres={kind="ellipsoidal", helix=[60.0, -60.0]}'
+    mechanics = Case.from_file(cases.path("ventricle-3d"), [fibres]).simulation(MPI.COMM_SELF).model.mechanics
+    mechanics.start(0.0)
+    for i in (1, 2, 3, 4):
+        mechanics.activation.x.array[:] = -0.05 * i
+        mechanics.solve(0.075 * i)
+        mechanics.accept(0.075 * i)
+    assert twist(mechanics) == pytest.approx(13.759, rel=5e-3)  # measured: 13.785

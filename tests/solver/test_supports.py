@@ -9,6 +9,7 @@ from myostrain.materials import NeoHookean, Spring
 from myostrain.mechanics.keywords import FORMER
 from myostrain.mechanics.normals import smooth_normal
 from myostrain.mechanics.quadrature import QuadraturePoints
+from myostrain.mechanics.rigid_motions import surface
 
 import numpy as np
 import pytest
@@ -373,3 +374,21 @@ def test_the_normal_of_a_smooth_part():
     assert isinstance(smooth_normal(box, None), ufl.FacetNormal)
     slope, ds = smooth_normal(box, ["top"]), box.boundary_measure(["top"], 4)
     assert fem.assemble_scalar(fem.form(abs(slope[1] - 1) * ds)) < 1e-12
+
+
+@pytest.mark.parametrize("normals", ["smooth", "facets"])
+def test_a_disc_turns_in_a_support_along_its_normal(normals):
+    """A disc that turns by ω moves along its smooth boundary only. By the normals of facets of length ℓ the
+    support keeps k ω² ℓ³/24 for each: u·N = −ω s at a distance s from its middle."""
+    omega, k = 0.1, 3.0
+    body = ms.build(ms.geometry.Ellipse(size=(2.0, 2.0), spacing=0.5), ms.UniformFibres((1.0, 0.0)))
+    supports = ms.Supports(robin_normal={"boundary": k}, normals=normals)
+    mechanics = ms.Mechanics(body, kinematics=PlaneStress(), material=NeoHookean(mu=MU), supports=supports)
+    mechanics.u.interpolate(lambda x: omega * np.stack([1.0 - x[1], x[0] - 1.0]))
+    ((stiffness, parts, outward),) = mechanics.external.springs
+    along, ds = ufl.dot(mechanics.u, outward), body.boundary_measure(parts, 4)
+    energy = fem.assemble_scalar(fem.form(stiffness / 2 * along**2 * ds))
+    corners, _ = surface(body, parts)
+    lengths = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+    kept = k * omega**2 / 24 * (lengths**3).sum()
+    assert energy == pytest.approx(kept if normals == "facets" else 0.0, rel=1e-10, abs=1e-12 * kept)

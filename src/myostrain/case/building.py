@@ -70,6 +70,7 @@ def _mechanics(case: Any) -> dict[str, Any]:
             robin_normal=case.mechanics.robin_normal or {},
             damping=case.mechanics.damping or {},
             damping_normal=case.mechanics.damping_normal or {},
+            normals=case.mechanics.normals,
         ),
         loads=Loads(pressure=case.mechanics.pressure or {}, traction=case.mechanics.traction or {}),
         cavities=case.cavities,

@@ -39,7 +39,7 @@ NUMERICS = (
         "time.scheme.",
     ),
     *("mechanics.every.", "mechanics.tolerance.", "mechanics.augmentation.", "mechanics.ellipticity."),
-    "mechanics.spectral_radius.",
+    *("mechanics.spectral_radius.", "mechanics.normals."),
 )
 
 #: Metrics of the rigid twin that are compared.

@@ -16,6 +16,7 @@ from myostrain.electrics.potential import Balance
 from myostrain.errors import InputError
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import PressureCourse, VectorCourse
+from myostrain.mechanics.supports import Normals
 from myostrain.membranes.reaction import default_integrator
 from myostrain.output.nodal_values import FieldName
 from myostrain.output.tips import Tip
@@ -167,6 +168,8 @@ class MechanicsSection:
     """[mechanics] but for the kinematics and its constraint, and ``every``, which is the scheme's.
 
     Args:
+        normals: Normals of ``robin_normal`` and ``damping_normal``: "smooth", of the surface that the facets
+            stand for, or "facets", their own, which hold a body that slides wherever facets meet.
         ellipticity: "warn": sample the acoustic tensor of a solid at the written frames, and warn once where
             the energy is no longer strongly elliptic; "off": do not.
     """
@@ -176,6 +179,7 @@ class MechanicsSection:
     robin_normal: Mapping[str, NonNegative] | None = None
     damping: Mapping[str, NonNegative] | None = None
     damping_normal: Mapping[str, NonNegative] | None = None
+    normals: Normals = "smooth"
     pressure: Mapping[str, PressureCourse] | None = None
     traction: Mapping[str, VectorCourse] | None = None
     displacement: Mapping[str, Mapping[Literal["x", "y", "z"], Course]] | None = None

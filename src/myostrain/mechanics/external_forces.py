@@ -71,6 +71,7 @@ class ExternalForces:
         mesh, w = body.mesh, active.displacement(u)
         normal, test = ufl.FacetNormal(mesh), ufl.derivative(w, u)
         loads.check_dimension(body.dim)
+        along_normal = smooth_normal if supports.normals == "smooth" else lambda *_: normal
         self.residual: Any = 0
         if supports.robin_boundary is not None:
             body.boundary_facets(supports.robin_boundary, "mechanics.robin_boundary")
@@ -86,7 +87,7 @@ class ExternalForces:
             if isinstance(stiffness, FunctionOfTime):
                 self._courses[key.removeprefix("mechanics.")] = k, stiffness.at
                 self._timed_springs.append(k)
-            outward = smooth_normal(body, parts) if along else None
+            outward = along_normal(body, parts) if along else None
             square = ufl.inner(w, w) if outward is None else ufl.dot(w, outward) ** 2
             self.residual += ufl.derivative(k / 2 * square * ds, u)
             self.springs.append((k, parts, outward))
@@ -95,7 +96,7 @@ class ExternalForces:
         for part, coefficient, along, key in supports.dampers():
             assert motion is not None
             ds, c = body.boundary_measure([part], 2 * degree, key), fem.Constant(mesh, float(coefficient))
-            outward = smooth_normal(body, [part]) if along else normal
+            outward = along_normal(body, [part]) if along else normal
             v = ufl.dot(motion.velocity, outward) * outward if along else motion.velocity
             self.residual += c * ufl.inner(v, test) * ds
             self.dampers.append((c, v, [part]))

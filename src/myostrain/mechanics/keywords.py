@@ -25,7 +25,7 @@ FORMER = {
     "activity_max": "it is not needed; activity goes to Electromechanics",
     **{
         name: _SUPPORT.format(name)
-        for name in ("fixed", "sliding", "robin", "robin_boundary", "robin_normal", "damping")
+        for name in ("fixed", "sliding", "robin", "robin_boundary", "robin_normal", "damping", "normals")
     },
     **{name: _LOAD.format(name) for name in ("pressure", "body_force")},
 }

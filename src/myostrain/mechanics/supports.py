@@ -25,6 +25,9 @@ FLAT = 1e-6
 
 AXES = "xyz"
 
+Normals = Literal["smooth", "facets"]
+"""Which normals supports along the normal take."""
+
 
 @dataclass(frozen=True)
 class Supports:
@@ -43,6 +46,8 @@ class Supports:
         robin_normal: Stiffness of supports P N = −k (u·N) N, which let the body slide, by named part.
         damping: Coefficient c of dampers P N = −c v, v the velocity, by named part of the boundary.
         damping_normal: Coefficient of dampers P N = −c (v·N) N, by named part.
+        normals: N of the supports along it: "smooth", of the surface that the facets stand for, or "facets",
+            the facets' own, which hold a body that slides on a curved part wherever facets meet.
 
     Raises:
         InputError: A value does not fit its type.
@@ -56,6 +61,7 @@ class Supports:
     robin_normal: Mapping[str, NonNegative] = field(default_factory=dict)
     damping: Mapping[str, NonNegative] = field(default_factory=dict)
     damping_normal: Mapping[str, NonNegative] = field(default_factory=dict)
+    normals: Normals = "smooth"
 
     def __post_init__(self) -> None:
         """Check the values."""
