@@ -197,7 +197,15 @@ def test_chosen_fields(tmp_path):
     none = Case.from_dict(changed(LINE, {"output.fields": [], "probes": {}}))
     results = run_case(none, tmp_path / "none", comm=ALONE)
     assert results["completed"]
-    expected = {".manifest", "case.toml", "results.json", "run.log", "checkpoint", "measures.csv"}
+    expected = {
+        ".manifest",
+        "case.toml",
+        "results.json",
+        "references.bib",
+        "run.log",
+        "checkpoint",
+        "measures.csv",
+    }
     assert {path.name for path in (tmp_path / "none").iterdir()} == expected
 
 

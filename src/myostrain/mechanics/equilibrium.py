@@ -108,7 +108,7 @@ class Mechanics(InNotebook):
         check_kinds(locals())
         check_fit(body, kinematics, material, relaxation_time, viscosity)
         self.body, self.kinematics, self.material = body, kinematics, material
-        self.supports, self.loads = supports, loads
+        self.supports, self.loads, self.active = supports, loads, active
         self.imposed_stretch, self.seconds = imposed_stretch, 0.0
         viscous = relaxation_time > 0 or viscosity > 0
         mesh, mixed = body.mesh, kinematics.has_pressure

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from myostrain.engine import MPI
+from myostrain.output.citations import bibtex
+from myostrain.output.folder import write_atomically, write_json
 from myostrain.output.metrics import last_durations, leading_pulse
 from myostrain.output.probes import Probes
 from myostrain.solvers.linear import owned_dofs
@@ -163,6 +166,20 @@ def tolerances(model: Electromechanics) -> dict[str, float]:
     if model.mechanics is not None:
         found["mechanics"] = model.mechanics.solver.tolerance
     return found
+
+
+def write(out: Path, results: Mapping[str, Any]) -> None:
+    """Write ``references.bib``, what to cite for a run, and ``results.json``, last.
+
+    Args:
+        out: The result folder.
+        results: What ``results.json`` holds.
+
+    Raises:
+        OSError: They cannot be written.
+    """
+    write_atomically(out / "references.bib", bibtex(results["citations"]))
+    write_json(out / "results.json", results)
 
 
 def about_solution(model: Electromechanics) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from myostrain.coupling import Electromechanics
 from myostrain.engine import MPI, lasting, versions
 from myostrain.errors import ComputationError, InputError, Interrupted
 from myostrain.output import results as summary
+from myostrain.output.citations import citations
 from myostrain.output.folder import on_first, prepare, write_json
 from myostrain.output.nodal_values import FieldName, check_fields
 from myostrain.output.probes import Probes
@@ -262,7 +263,7 @@ class Simulation:
             finish(results)
         if out is not None:
             try:
-                on_first(self._comm, lambda: write_json(out / "results.json", results), out / "results.json")
+                on_first(self._comm, lambda: summary.write(out, results), out / "results.json")
             except ComputationError as error:
                 raise self._failed(error, None, state) from error
         return results
@@ -366,7 +367,6 @@ class Simulation:
         retries: list[dict[str, Any]],
     ) -> dict[str, Any]:
         model = self.model
-        mechanics = model.mechanics.seconds if model.mechanics is not None else 0.0
         positions = dict(zip(self.probes.names, self.probes.positions.tolist(), strict=True))
         at_probes = record.at_probes()
         beats = {name: found["activation_times"] for name, found in at_probes.items()}
@@ -388,12 +388,13 @@ class Simulation:
                 "total": total,
                 "setup": setup,
                 "potential": model.potential.seconds,
-                "mechanics": mechanics,
+                "mechanics": getattr(model.mechanics, "seconds", 0.0),
                 "output": record.seconds,
                 "checkpoints": self._checkpoint_seconds,
             },
             "retries": retries,
             "changes": self._changes,
             "parameters": self._case["parameters"],
+            "citations": citations(model, self._case, electrodes=bool(self._wanted.electrodes)),
             "versions": versions(),
         }
