@@ -400,7 +400,7 @@ def test_an_interrupt_ends_the_workers(tmp_path):
     """Ctrl-C, which the terminal sends to the whole group: exit status 130, one line, and no process left."""
     arguments = (
         "reproduce",
-        "ellipticity",  # many short computations: the first message comes early, and much is left then
+        "fronts",  # many short computations: the first message comes early, and much is left then
         "--quick",
         "--fresh",
         "--quiet",
