@@ -76,32 +76,23 @@ def test_what_cannot_be_shown(tmp_path):
         view(tmp_path)
 
 
+def browse(folder, *arguments):
+    """Chromium without a window; the graphics are software's."""
+    command = [
+        *(BROWSER, "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+        *("--ignore-gpu-blocklist", f"--user-data-dir={folder / 'browser'}", *arguments),
+    ]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+
+
 @pytest.mark.skipif(BROWSER is None, reason="there is no chromium here")
 def test_a_browser_draws_it(tmp_path):
     """At a time that is asked for the wave has its colours; the console says nothing."""
     sheet(tmp_path)
     finish(tmp_path, {"corner": [50.0, 10.0, 0.0]})
     page = view(tmp_path)
-    command = [
-        BROWSER,
-        "--headless",
-        "--no-sandbox",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-    ]
-    command += [
-        "--ignore-gpu-blocklist",
-        "--enable-logging=stderr",
-        f"--user-data-dir={tmp_path / 'browser'}",
-    ]
-    command += ["--window-size=800,700", f"--screenshot={tmp_path / 'page.png'}"]
-    done = subprocess.run(
-        [*command, f"{page.as_uri()}#frame=2&probe=0&field=potential"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    options = ["--enable-logging=stderr", "--window-size=800,700", f"--screenshot={tmp_path / 'page.png'}"]
+    done = browse(tmp_path, *options, f"{page.as_uri()}#frame=2&probe=0&field=potential")
     assert "CONSOLE" not in done.stderr, done.stderr
     pixels = np.asarray(Image.open(tmp_path / "page.png").convert("RGB"), dtype=int)[90:600]
     rest, peak = (68, 57, 131), (253, 231, 37)  # of viridis, at 0 and at 1 on a scale from -0.2
@@ -157,17 +148,7 @@ def test_a_browser_is_used(tmp_path, dim):
     page = view(tmp_path)
     text = page.read_text(encoding="utf-8")
     page.write_text(text.replace("<body>", f"<body>{DRIVER}").replace("</body>", f"{CLICKS}</body>"))
-    command = [
-        BROWSER,
-        "--headless",
-        "--no-sandbox",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-    ]
-    command += ["--ignore-gpu-blocklist", f"--user-data-dir={tmp_path / 'browser'}", "--window-size=500,500"]
-    done = subprocess.run(
-        [*command, "--dump-dom", page.as_uri()], capture_output=True, text=True, check=False, timeout=120
-    )
+    done = browse(tmp_path, "--window-size=500,500", "--dump-dom", page.as_uri())
     told = json.loads(html.unescape(re.search(r"<title>(\{.*?\})</title>", done.stdout)[1]))
     assert told["said"] == []
     assert (told["begin"], told["end"]) == ("t = 0", "t = 2")
