@@ -54,7 +54,7 @@ def _given(thing: Any) -> str:
     said = []
     for field in dataclasses.fields(thing):
         value = getattr(thing, field.name)
-        if value not in (None, 0.0, (), {}):
+        if value not in (None, 0.0, (), {}) and value != field.default:
             said.append(f"{field.name} = {value}")
     return ", ".join(said)
 

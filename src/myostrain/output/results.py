@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import logging
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +12,9 @@ from myostrain.engine import MPI
 from myostrain.output.citations import bibtex
 from myostrain.output.folder import write_atomically, write_json
 from myostrain.output.metrics import last_durations, leading_pulse
+from myostrain.output.page import table
 from myostrain.output.probes import Probes
+from myostrain.output.quantities import attributes
 from myostrain.solvers.linear import owned_dofs
 
 import numpy as np
@@ -166,6 +169,20 @@ def tolerances(model: Electromechanics) -> dict[str, float]:
     if model.mechanics is not None:
         found["mechanics"] = model.mechanics.solver.tolerance
     return found
+
+
+class Outcome(dict[str, Any]):
+    """What ``results.json`` holds; a notebook shows the metrics, with their meaning."""
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for name, value in self["metrics"].items():
+            about = attributes(name, self["units"], None)
+            unit = about.get("units", "").removeprefix("1")
+            rows.append((name, "–" if value is None else f"{value:.5g}", unit, about["long_name"]))
+        took = f"{self['steps']} steps to t = {self['time']:g} in {self['seconds']['total']:.1f} s"
+        head = f"<b>{html.escape(str(self['case']))}</b>: {took}"
+        return head + table(("metric", "value", "unit", "meaning"), rows)
 
 
 def write(out: Path, results: Mapping[str, Any]) -> None:

@@ -24,6 +24,7 @@ from myostrain.output.tips import Tip
 from myostrain.output.units import about
 from myostrain.run.checkpoint import Checkpoints, file_digests, spaces_of
 from myostrain.run.interrupts import Interrupts
+from myostrain.run.notebook import InNotebook, notebook_progress
 from myostrain.run.record import Record, Wanted, percentages, plain_points
 from myostrain.run.resume import accept, built, restoring
 from myostrain.run.retries import Recovery, check_finite
@@ -36,7 +37,7 @@ log = logging.getLogger("myostrain")
 CHECKPOINT_SECONDS = 10.0
 
 
-class Simulation:
+class Simulation(InNotebook):
     """Steps a model from time 0 to ``end``, observes it and writes a result folder.
 
     With a result folder a run survives: it writes checkpoints, ends between two steps when SIGINT or SIGTERM
@@ -162,13 +163,6 @@ class Simulation:
         self._ran = False
         self._clock = CheckpointClock(checkpoint_seconds)
 
-    def __repr__(self) -> str:
-        """What runs, how far, and where to."""
-        return (
-            f"Simulation({self.model!r}, step={self.step:.6g}, end={self.end:.6g}, steps={self.steps}, "
-            f"out={None if self.out is None else str(self.out)!r})"
-        )
-
     def close(self) -> None:
         """Give the result folder back; :meth:`run` does so at its end."""
         if self._lock is not None:
@@ -180,7 +174,7 @@ class Simulation:
         """Run to the end; returns what ``results.json`` holds.
 
         Args:
-            progress: Is told how far the run is.
+            progress: Is told how far the run is; unless given, a notebook shows a bar.
             finish: Is given the results before they are written, to add to them.
 
         Raises:
@@ -193,7 +187,7 @@ class Simulation:
         """
         try:
             with Interrupts(active=self.out is not None) as interrupts:
-                return self._run(progress, finish, interrupts)
+                return self._run(progress or notebook_progress(self), finish, interrupts)
         finally:
             self.close()
 
@@ -371,7 +365,7 @@ class Simulation:
         at_probes = record.at_probes()
         beats = {name: found["activation_times"] for name, found in at_probes.items()}
         metrics, notes = summary.metrics(model, self.probes, beats)
-        return {
+        found = {
             "case": self._case["name"],
             "completed": True,
             "time": model.time,
@@ -398,3 +392,4 @@ class Simulation:
             "citations": citations(model, self._case, electrodes=bool(self._wanted.electrodes)),
             "versions": versions(),
         }
+        return summary.Outcome(found)
