@@ -4,7 +4,7 @@ import myostrain as ms
 from myostrain.engine import MPI
 from myostrain.kinematics import Solid
 from myostrain.materials import Guccione1995, NeoHookean
-from myostrain.solvers import newton, saddle_point
+from myostrain.solvers import factors, newton, saddle_point
 from myostrain.solvers.anderson import Anderson
 
 import numpy as np
@@ -108,6 +108,31 @@ def test_one_factorization_serves_a_contraction():
     counters = mechanics.solver.counters
     assert counters.factorizations == 1
     assert counters.newton < 100
+
+
+@pytest.mark.parametrize("modulus, single", [(100.0, True), (1e6, False)])
+def test_factors_are_of_single_precision_where_that_will_do(modulus, single, monkeypatch):
+    """A stiffness a million times another is lost in single precision: the solver sees it and goes on in
+    double, with one factorization more than a solver that begins so.
+    """
+    monkeypatch.setattr(factors, "SMALL", 0)
+    found = []
+    for options in (None, {"pc_precision": "double"}):
+        mechanics = slab(kinematics=Solid(bulk_modulus=modulus), options=options)
+        x = mechanics.activation.function_space.tabulate_dof_coordinates()[:, 0]
+        mechanics.start()
+        mechanics.activation.x.array[:] = -1e-3 * (0.5 + x / 8)
+        mechanics.solve(1.0)
+        found.append(mechanics)
+    usual, double = found
+    assert (usual.solver._single, double.solver._single) == (single, False)
+    assert np.abs(usual.u.x.array - double.u.x.array).max() < 3e-10 * usual.size
+    extra = usual.solver.counters.factorizations - double.solver.counters.factorizations
+    assert extra == (0 if single else 1)
+    assert usual.solver.counters.newton == double.solver.counters.newton
+    second = slab(kinematics=Solid(bulk_modulus=modulus))
+    second.restore(usual.state())
+    assert second.solver._single is single
 
 
 def test_acceleration_does_what_the_plain_chord_does_not(monkeypatch):

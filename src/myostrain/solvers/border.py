@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from myostrain.engine import PETSc, fem, lasting
+from myostrain.solvers.factors import refine
 from myostrain.solvers.linear import owned_dofs
 
 import numpy as np
@@ -62,12 +63,14 @@ class Border:
         self._g, rows, self._by_numbers = self.of.equations()
         self._rows = rows[:, : self._owned]
 
-    def factor(self, ksp: PETSc.KSP) -> None:
-        """Solve for the columns by a new factorization (collective)."""
+    def factor(self, ksp: PETSc.KSP, *, rounded: bool = False) -> None:
+        """Solve for the columns by a new factorization, once more for what rounding left (collective)."""
         for solution, column in zip(self._solved, self.of.columns(), strict=True):
             self._b.x.array[: self._owned] = column[: self._owned]
             self._b.x.array[self._fixed] = 0.0
             ksp.solve(self._b.x.petsc_vec, self._x.x.petsc_vec)
+            if rounded:
+                refine(ksp, self._b.x.petsc_vec, self._x.x.petsc_vec, slice(0, self._owned))
             solution[:] = self._x.x.array[: self._owned]
 
     def correct(self, du: Array) -> None:

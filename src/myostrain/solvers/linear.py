@@ -23,9 +23,6 @@ Options = Mapping[str, str | int | float | bool | None]
 
 _numbers = itertools.count()
 
-#: Unknowns below which PETSc's own factorization is taken on one process.
-SMALL = 60_000
-
 
 @dataclass
 class Counters:
@@ -81,7 +78,7 @@ def make_ksp(
         given = ", ".join(f"{key} = {value}" for key, value in (options or {}).items())
         last = str(error).splitlines()[-1].partition("] ")[2]
         raise InputError(f"PETSc refuses {given}: {last}", f"solver.{name}") from error
-    for key in options or {}:
+    for key in set(options or {}) - {"pc_precision"}:  # which is read with the first factorization
         if key.startswith(("ksp_", "pc_")) and not PETSc.Options().used(prefix + key):
             raise InputError("PETSc has no use for this option with this solver", f"solver.{name}.{key}")
     return ksp
@@ -96,40 +93,6 @@ def reason_name(why: int) -> str:
     """PETSc's name for a reason to have stopped, such as DIVERGED_MAX_IT."""
     names = {v: k for k, v in vars(PETSc.KSP.ConvergedReason).items() if isinstance(v, int)}
     return names.get(why, f"PETSc's reason {why}")
-
-
-def direct(
-    unknowns: int, processes: int, saddle_point: bool, symmetric: bool = True, solid: bool = False
-) -> Options:
-    """Options of the direct solver for a tangent.
-
-    One factorization serves a whole run, so that multigrid never wins on a sheet: with 382,000 unknowns a
-    correction takes 0.22 s by the kept factors and 1.07 s by kept multigrid, a factorization 4.0 s and 1.1 s.
-    PETSc's own Cholesky factors solve three times faster than those of MUMPS (2.5 against 8 ms for 24,000
-    unknowns of a sheet) but take longer to compute, and no pivots: it is taken on one process, up to
-    :data:`SMALL` unknowns, without a zero block.
-
-    In a solid that would hold for some thousand unknowns only. From 20,000 on its factors are compressed to
-    relative errors of 1e-5 (block low-rank): with 48,916 unknowns they take 2.8 s in place of 4.6 s, a
-    correction 60 in place of 90 ms, and the number of corrections stays what it was.
-    """
-    kind = "cholesky" if symmetric else "lu"
-    if processes == 1 and not saddle_point and unknowns < (SMALL // 20 if solid else SMALL):
-        return {"ksp_type": "preonly", "pc_type": kind, "pc_factor_mat_ordering_type": "nd"}
-    if not PETSc.Sys.hasExternalPackage("mumps"):
-        raise InputError(
-            "this PETSc has no MUMPS, which the default solver needs for large bodies, pressures and several "
-            "processes; choose another solver in [solver.mechanics]",
-            "solver.mechanics",
-        )
-    compressed = {"mat_mumps_icntl_35": 2, "mat_mumps_cntl_7": 1e-5} if solid and unknowns >= 20_000 else {}
-    return {
-        "ksp_type": "preonly",
-        "pc_type": kind,
-        "pc_factor_mat_solver_type": "mumps",
-        "mat_mumps_icntl_14": 60,  # room for pivoting, in percent
-        **compressed,
-    }
 
 
 def preconditioner(symmetric: bool, processes: int, nodes: int, dim: int) -> Options:
@@ -199,10 +162,15 @@ def pivoting(matrix: PETSc.Mat, name: str) -> Iterator[PETSc.KSP]:
         yield ksp
     finally:
         matrix.setOptionsPrefix(prefix)
-        options = PETSc.Options(ksp.getOptionsPrefix())
-        for key in options.getAll():
-            options.delValue(key)
-        ksp.destroy()  # on several processes PETSc would keep it, factors and all, when Python drops it
+        discard(ksp)
+
+
+def discard(ksp: PETSc.KSP) -> None:
+    """Free a solver with its factors and options (collective)."""
+    options = PETSc.Options(ksp.getOptionsPrefix())
+    for key in options.getAll():
+        options.delValue(key)
+    ksp.destroy()  # on several processes PETSc would keep it, factors and all, when Python drops it
 
 
 def owned_dofs(space: fem.FunctionSpace) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from myostrain.engine import MPI, PETSc, compile_form, fem, lasting
@@ -12,10 +13,11 @@ from myostrain.errors import ComputationError
 from myostrain.solvers import saddle_point as saddle_point_solver
 from myostrain.solvers.anderson import Anderson
 from myostrain.solvers.border import Border, Bordered
+from myostrain.solvers.factors import CHOICE, ROUNDING, direct, refine
 from myostrain.solvers.linear import (
     Counters,
     Options,
-    direct,
+    discard,
     global_dofs,
     largest,
     make_ksp,
@@ -24,7 +26,8 @@ from myostrain.solvers.linear import (
     place_of_largest,
     reason,
 )
-from myostrain.state import FieldState, State
+from myostrain.solvers.origin import Origin
+from myostrain.state import State
 
 import numpy as np
 import numpy.typing as npt
@@ -45,7 +48,7 @@ class ChordNewton:
 
     A correction is accepted when the next one, by the same factorization, is smaller (Deuflhard's natural
     monotonicity test). If it is not, the tangent is renewed, and with a fresh tangent the step is halved. The
-    residual is always that of the present state, so an old tangent costs iterations, never accuracy.
+    residual is always that of the present state: an old tangent, or one rounded, costs iterations only.
 
     In a solid a factorization takes as long as fifty corrections, and is kept for longer: corrections are
     combined with the past ones of the solve (:class:`~myostrain.solvers.anderson.Anderson`), and may grow
@@ -99,7 +102,7 @@ class ChordNewton:
         self._unknown, self._bcs, self._moving = unknown, [*bcs, *moving], list(moving)
         self._owned = owned_dofs(space)
         self._measured = slice(0, self._owned) if measured is None else measured
-        self._name, self._refresh, self._max = name, refresh, max_iterations
+        self._name, self._refresh, self._max, self._options = name, refresh, max_iterations, options
         self._residual = compile_form(residual)
         tangent = ufl.derivative(residual, unknown)
         self._tangent = compile_form(tangent)
@@ -112,6 +115,7 @@ class ChordNewton:
         solid, unknowns = space.mesh.geometry.dim == 3, global_dofs(space)
         self._memory = MEMORY if solid else 0  # corrections that are combined
         self._approximation: Any = None  # form and matrix that the preconditioner is made of
+        self._single = False  # whether factors are of single precision
         if saddle_point_solver.wanted(space, unknowns, options) and saddle_point == (
             stabilization is not None
         ):
@@ -122,12 +126,12 @@ class ChordNewton:
             blocks = saddle_point_solver.fields(space, approximation)
             self.ksp = make_ksp(self._matrix, name, defaults, options, approximation, blocks)
         else:
-            defaults = direct(unknowns, self._comm.size, saddle_point, symmetric, solid)
-            self.ksp = make_ksp(self._matrix, name, defaults, options)
+            self._direct = partial(direct, unknowns, self._comm.size, saddle_point, symmetric, solid)
+            self._use(single=solid and not CHOICE & set(options or {}))
+        self._unproven = False  # whether the factors are new ones in single precision
         self._least = math.inf  # iterations of the linear solver with this preconditioner, at best
         self._ready = False  # whether there is a factorization
-        self._arguments = [unknown, *depends_on]
-        self._origin: list[Any] = []  # their values when the tangent was assembled
+        self._origin = Origin([unknown, *depends_on])
         # Its contraction as last measured, the correction then, and how often it has been trusted since.
         self._rate, self._first, self._unchecked = math.inf, 0.0, 0
 
@@ -137,64 +141,52 @@ class ChordNewton:
 
     @contextmanager
     def direct_solver(self) -> Iterator[None]:
-        """Solve by a direct solver with pivots for a while, whatever the options say."""
-        usual = self.ksp, self._approximation
+        """Solve by a direct solver with pivots for a while."""
+        usual = self.ksp, self._approximation, self._single
         with pivoting(self._matrix, self._name) as ksp:
-            self.ksp, self._approximation = ksp, None
+            self.ksp, self._approximation, self._single = ksp, None, False
             self.forget()
             try:
                 yield
             finally:
-                self.ksp, self._approximation = usual
+                self.ksp, self._approximation, self._single = usual
                 self.forget()
+
+    def _use(self, *, single: bool) -> None:
+        """Make the direct solver, with factors in single or in double precision."""
+        defaults = self._direct(single)
+        self._single = defaults.get("pc_precision") == "single"
+        self.ksp = make_ksp(self._matrix, self._name, defaults, self._options)
 
     def state(self) -> State:
         """Counts, and what the kept tangent was made of."""
-        fields = [
-            FieldState(argument.function_space, value) if isinstance(argument, fem.Function) else float(value)
-            for argument, value in zip(self._arguments, self._origin, strict=False)
-        ]
         return {
             "counters": self.counters.as_dict(),
             "ready": self._ready,
+            "single": self._single,
             "rate": self._rate,
             "first": self._first,
             "unchecked": self._unchecked,
             "least": self._least,
-            "origin": fields,
+            "origin": self._origin.state(),
         }
 
     def restore(self, state: State) -> None:
         """Go on from a state; the tangent is assembled and factorized again where it is another one."""
-        origin = [entry.values if isinstance(entry, FieldState) else entry for entry in state["origin"]]
-        same = len(origin) == len(self._origin) and all(
-            old is new or np.array_equal(old, new) for old, new in zip(self._origin, origin, strict=True)
-        )
-        # What the tangent depends on may be more or less now: other loads.
-        ready = state["ready"] and len(origin) == len(self._arguments)
-        # Of all processes: where one has another origin, all assemble.
-        if ready and not self._comm.allreduce(same, MPI.LAND):
-            present = self._values()
-            self._set_values(origin)
-            self._renew()
-            self._set_values(present)
+        same = self._origin.is_that_of(state["origin"])
+        if self._single and not state["single"]:
+            discard(self.ksp)
+            self._use(single=False)
+            same = False
+        ready = state["ready"] and self._origin.fits(state["origin"])
+        if ready and not self._comm.allreduce(same, MPI.LAND):  # one that differs makes all assemble
+            with self._origin.put(state["origin"]):
+                self._renew()
+            self._unproven = False
         self.counters = Counters(**state["counters"])
         self._ready = ready
         self._rate, self._first, self._unchecked = state["rate"], state["first"], state["unchecked"]
         self._least = state["least"]
-
-    def _values(self) -> list[Any]:
-        return [
-            argument.x.array.copy() if isinstance(argument, fem.Function) else float(argument.value)
-            for argument in self._arguments
-        ]
-
-    def _set_values(self, values: Sequence[Any]) -> None:
-        for argument, value in zip(self._arguments, values, strict=True):
-            if isinstance(argument, fem.Function):
-                argument.x.array[:] = value
-            else:
-                argument.value = value
 
     def residual_norm(self) -> float:
         """Largest entry of the residual at the present state (outside fixed degrees of freedom)."""
@@ -254,7 +246,7 @@ class ChordNewton:
         try:
             self.ksp.setUp()
             if self._border is not None and self._approximation is None:
-                self._border.factor(self.ksp)
+                self._border.factor(self.ksp, rounded=self._single)
         except PETSc.Error as error:
             raise ComputationError(
                 f"the tangent of the {self._name} cannot be factorized ({error})",
@@ -262,15 +254,24 @@ class ChordNewton:
             ) from error
         self.counters.factorizations += 1
         self._ready, self._rate, self._least = True, math.inf, math.inf
-        self._origin = self._values()
+        self._unproven = self._single
+        self._origin.take()
 
     def _correction(self) -> float:
-        """Solve for the correction at the assembled residual; its measured size, or NaN."""
+        """Solve for the correction at the assembled residual; its size, or NaN."""
         if self._approximation is not None:
             self._assemble_matrix(self._matrix, self._tangent)
         try:
             self.ksp.solve(self._b.x.petsc_vec, self._dx.x.petsc_vec)
             iterations, why = max(1, self.ksp.getIterationNumber()), reason(self.ksp)
+            if self._unproven:
+                self._unproven = False
+                left = refine(self.ksp, self._b.x.petsc_vec, self._dx.x.petsc_vec, self._measured)
+                if not left <= ROUNDING:  # also when it is NaN
+                    discard(self.ksp)
+                    self._use(single=False)
+                    self._renew()
+                    return self._correction()
             if self._border is not None:
                 if self._approximation is not None:
                     self._border.factor(self.ksp)

@@ -114,6 +114,7 @@ ALLOWED: Mapping[str, Number | Word | Switch | Printed] = {
         "asm bjacobi cholesky eisenstat fieldsplit gamg hypre icc ilu jacobi lu none pbjacobi redundant sor "
         "vpbjacobi"
     ),
+    "pc_precision": _word("single double"),
     "pc_factor_levels": _count,
     "pc_factor_fill": _positive,
     "pc_factor_mat_solver_type": _word("petsc mumps superlu superlu_dist umfpack cholmod klu"),
