@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
-from myostrain.engine import PETSc, fem, lasting
+from myostrain.engine import fem, lasting
 from myostrain.solvers.factors import refine
 from myostrain.solvers.linear import owned_dofs
 
@@ -63,7 +63,7 @@ class Border:
         self._g, rows, self._by_numbers = self.of.equations()
         self._rows = rows[:, : self._owned]
 
-    def factor(self, ksp: PETSc.KSP, *, rounded: bool = False) -> None:
+    def factor(self, ksp: Any, *, rounded: bool = False) -> None:
         """Solve for the columns by a new factorization, once more for what rounding left (collective)."""
         for solution, column in zip(self._solved, self.of.columns(), strict=True):
             self._b.x.array[: self._owned] = column[: self._owned]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -44,8 +44,6 @@ def make_ksp(
     name: str,
     defaults: Options,
     options: Options | None,
-    approximation: PETSc.Mat | None = None,
-    fields: Sequence[tuple[str, PETSc.IS]] = (),
 ) -> PETSc.KSP:
     """A linear solver with an options prefix of its own.
 
@@ -54,8 +52,6 @@ def make_ksp(
         name: "mechanics" or "potential": the section [solver.NAME] of a case file.
         defaults: Our options.
         options: The user's options, which win.
-        approximation: The matrix that the preconditioner is made of; that one unless given.
-        fields: Names and numbers of the unknowns that a preconditioner by blocks tells apart.
 
     Raises:
         InputError: An option may not be set, or not to its value, or PETSc refuses it.
@@ -67,11 +63,8 @@ def make_ksp(
         database[key] = value
     ksp = PETSc.KSP().create(matrix.comm)
     ksp.setOptionsPrefix(prefix)
-    ksp.setOperators(matrix, approximation)
-    (matrix if approximation is None else approximation).setOptionsPrefix(prefix)
-    if fields:
-        ksp.getPC().setType("fieldsplit")
-        ksp.getPC().setFieldSplitIS(*fields)
+    ksp.setOperators(matrix)
+    matrix.setOptionsPrefix(prefix)
     try:
         ksp.setFromOptions()
     except PETSc.Error as error:

@@ -52,8 +52,8 @@ class ChordNewton:
 
     In a solid a factorization takes as long as fifty corrections, and is kept for longer: corrections are
     combined with the past ones of the solve (:class:`~myostrain.solvers.anderson.Anderson`), and may grow
-    for once. A large solid (:mod:`myostrain.solvers.saddle_point`) has a fresh tangent in every correction,
-    and keeps the preconditioner until the linear solver takes twice the iterations.
+    for once. So does a large solid (:mod:`myostrain.solvers.saddle_point`), whose tangent is solved with by
+    iterations, to a tenth.
 
     Args:
         residual: UFL form, linear in a test function.
@@ -106,30 +106,28 @@ class ChordNewton:
         self._residual = compile_form(residual)
         tangent = ufl.derivative(residual, unknown)
         self._tangent = compile_form(tangent)
-        self._matrix = fem_petsc.create_matrix(self._tangent)
-        self._matrix.setOption(PETSc.Mat.Option.SYMMETRIC, symmetric)
+        self._symmetric = symmetric
+        self._made: PETSc.Mat | None = None  # the tangent as one matrix, from its first use on
         self._b, self._dx, self._lift = fem.Function(space), fem.Function(space), fem.Function(space)
         dofs = [bc.dof_indices()[0] for bc in self._bcs]
         self._fixed = np.unique(np.concatenate(dofs)) if dofs else np.zeros(0, dtype=np.int32)
         self._border = None if numbers is None else Border(numbers, space, self._fixed)
         solid, unknowns = space.mesh.geometry.dim == 3, global_dofs(space)
         self._memory = MEMORY if solid else 0  # corrections that are combined
-        self._approximation: Any = None  # form and matrix that the preconditioner is made of
         self._single = False  # whether factors are of single precision
+        self._slow, self._blocks = SLOW, None
         if saddle_point_solver.wanted(space, unknowns, options) and saddle_point == (
             stabilization is not None
         ):
-            form = self._tangent if stabilization is None else compile_form(tangent + stabilization)
-            approximation = fem_petsc.create_matrix(form)
-            self._approximation, self._memory = (form, approximation), 0
-            defaults = saddle_point_solver.defaults(space)
-            blocks = saddle_point_solver.fields(space, approximation)
-            self.ksp = make_ksp(self._matrix, name, defaults, options, approximation, blocks)
+            self._slow, self._memory = saddle_point_solver.SLOW, saddle_point_solver.MEMORY
+            self._blocks = saddle_point_solver.Blocks(
+                residual, unknown, self._bcs, stabilization, name, options, symmetric
+            )
+            self.ksp = self._blocks.ksp
         else:
             self._direct = partial(direct, unknowns, self._comm.size, saddle_point, symmetric, solid)
             self._use(single=solid and not CHOICE & set(options or {}))
         self._unproven = False  # whether the factors are new ones in single precision
-        self._least = math.inf  # iterations of the linear solver with this preconditioner, at best
         self._ready = False  # whether there is a factorization
         self._origin = Origin([unknown, *depends_on])
         # Its contraction as last measured, the correction then, and how often it has been trusted since.
@@ -142,14 +140,14 @@ class ChordNewton:
     @contextmanager
     def direct_solver(self) -> Iterator[None]:
         """Solve by a direct solver with pivots for a while."""
-        usual = self.ksp, self._approximation, self._single
+        usual = self.ksp, self._blocks, self._single
         with pivoting(self._matrix, self._name) as ksp:
-            self.ksp, self._approximation, self._single = ksp, None, False
+            self.ksp, self._blocks, self._single = ksp, None, False
             self.forget()
             try:
                 yield
             finally:
-                self.ksp, self._approximation, self._single = usual
+                self.ksp, self._blocks, self._single = usual
                 self.forget()
 
     def _use(self, *, single: bool) -> None:
@@ -167,7 +165,6 @@ class ChordNewton:
             "rate": self._rate,
             "first": self._first,
             "unchecked": self._unchecked,
-            "least": self._least,
             "origin": self._origin.state(),
         }
 
@@ -186,7 +183,6 @@ class ChordNewton:
         self.counters = Counters(**state["counters"])
         self._ready = ready
         self._rate, self._first, self._unchecked = state["rate"], state["first"], state["unchecked"]
-        self._least = state["least"]
 
     def residual_norm(self) -> float:
         """Largest entry of the residual at the present state (outside fixed degrees of freedom)."""
@@ -229,40 +225,45 @@ class ChordNewton:
             b.array[:] += lifting.array
             b.array[self._fixed] = away[self._fixed]
 
-    def _assemble_matrix(self, matrix: PETSc.Mat, form: fem.Form) -> None:
-        matrix.zeroEntries()
-        fem_petsc.assemble_matrix(matrix, form, bcs=self._bcs)
-        matrix.assemble()
+    @property
+    def _matrix(self) -> PETSc.Mat:
+        """The tangent as one matrix, which blocks do without."""
+        if self._made is None:
+            self._made = matrix = fem_petsc.create_matrix(self._tangent)
+            matrix.setOption(PETSc.Mat.Option.SYMMETRIC, self._symmetric)
+        return self._made
 
     def _renew(self) -> None:
         self._ready = False
-        if self._approximation is None:
-            self._assemble_matrix(self._matrix, self._tangent)
-            self.ksp.setOperators(self._matrix)
-        else:
-            form, matrix = self._approximation
-            self._assemble_matrix(matrix, form)
-            self.ksp.setOperators(self._matrix, matrix)
         try:
-            self.ksp.setUp()
-            if self._border is not None and self._approximation is None:
-                self._border.factor(self.ksp, rounded=self._single)
+            if self._blocks is not None:
+                self._blocks.renew()
+                if self._border is not None:
+                    with self._blocks.precisely():
+                        self._border.factor(self._blocks)
+            else:
+                self._matrix.zeroEntries()
+                fem_petsc.assemble_matrix(self._matrix, self._tangent, bcs=self._bcs)
+                self._matrix.assemble()
+                self.ksp.setOperators(self._matrix)
+                self.ksp.setUp()
+                if self._border is not None:
+                    self._border.factor(self.ksp, rounded=self._single)
         except PETSc.Error as error:
             raise ComputationError(
                 f"the tangent of the {self._name} cannot be factorized ({error})",
                 advice=f"a smaller time step, or another solver in [solver.{self._name}].",
             ) from error
         self.counters.factorizations += 1
-        self._ready, self._rate, self._least = True, math.inf, math.inf
+        self._ready, self._rate = True, math.inf
         self._unproven = self._single
         self._origin.take()
 
     def _correction(self) -> float:
         """Solve for the correction at the assembled residual; its size, or NaN."""
-        if self._approximation is not None:
-            self._assemble_matrix(self._matrix, self._tangent)
         try:
-            self.ksp.solve(self._b.x.petsc_vec, self._dx.x.petsc_vec)
+            solve = self.ksp.solve if self._blocks is None else self._blocks.solve
+            solve(self._b.x.petsc_vec, self._dx.x.petsc_vec)
             iterations, why = max(1, self.ksp.getIterationNumber()), reason(self.ksp)
             if self._unproven:
                 self._unproven = False
@@ -273,18 +274,11 @@ class ChordNewton:
                     self._renew()
                     return self._correction()
             if self._border is not None:
-                if self._approximation is not None:
-                    self._border.factor(self.ksp)
                 self._border.correct(self._dx.x.array)
         except PETSc.Error:  # a factorization met NaN, perhaps on one process alone
             return largest(np.array([math.nan]), self._comm)
         self.counters.linear += iterations
-        if self._approximation is not None:
-            self._least = min(self._least, iterations)
-            self._ready = iterations <= 2 * self._least + 5
-            if why == PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT:
-                return largest(self._dx.x.array[self._measured], self._comm)  # still a direction to try
-        if why < 0:
+        if why < 0 and why != PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT:  # that is still a direction to try
             return math.nan
         return largest(self._dx.x.array[self._measured], self._comm)
 
@@ -302,10 +296,8 @@ class ChordNewton:
 
     def _worn(self, contraction: float, mean: float, since: int) -> bool:
         """Whether to renew the tangent, by the last contraction and the mean one of the corrections by it."""
-        if self._approximation is not None:
-            return False  # it is fresh
         if self._memory:
-            return (since >= 6 and mean > SLOW) or since >= 30
+            return (since >= (6 if self._blocks is None else 3) and mean > self._slow) or since >= 30
         return contraction > self._refresh
 
     def _get(self) -> npt.NDArray[np.float64]:

@@ -1,120 +1,207 @@
-"""The preconditioner of large solids: multigrid for the displacement, a weighted mass for the pressure.
+"""The solver of large solids: GMRES by blocks, with multigrid for the displacement, a mass for the pressure.
 
-The tangent of an incompressible body is K = [[A, Bᵀ], [B, 0]]. It is preconditioned by the upper triangle of
+The tangent of an incompressible body is K = [[A, Bᵀ], [B, C]], C = 0, kept as these blocks. GMRES solves with
+it, preconditioned from the right by the upper triangle of
 
-    P = [[A + ∫ μ c′(u) c′(w), Bᵀ], [B, −∫ p q / (2μ)]],
+    P = [[A, Bᵀ], [B, C − ∫ p q / (2μ)]],
 
-where c is the constraint and μ a shear modulus of the present state. The term with c′ acts on changes of
-volume only, and gives back to the first block the definiteness that the pressure takes from A; the mass
-stands for the Schur complement, to which it is spectrally equivalent. An application is one cycle of
-multigrid (smoothed aggregation with the rigid motions as near-null space) and one sweep with the mass. See
-M. Benzi, G. H. Golub, J. Liesen, Acta Numerica 14 (2005) 1–137, sections 8 and 10,
-doi 10.1017/S0962492904000212.
+where μ is a shear modulus of the present state. The mass stands for the Schur complement, to which it is
+spectrally equivalent (with the body's augmentation nearly equal: with A⁻¹ itself six iterations gain six
+digits); two levels of multigrid stand for A⁻¹ (:mod:`myostrain.solvers.two_level`). See M. Benzi,
+G. H. Golub, J. Liesen, Acta Numerica 14 (2005) 1–137, sections 8 and 10, doi 10.1017/S0962492904000212. A
+nearly incompressible body without a pressure has A alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
-from myostrain.engine import PETSc, fem, lasting
-from myostrain.solvers.linear import Options, owned_dofs
+from myostrain.engine import PETSc, fem
+from myostrain.solvers.linear import Options, make_ksp, owned_dofs
+from myostrain.solvers.two_level import GAMG, SWEEP, Matrix, TwoLevels, conditions, part_solver, rigid_motions
 
 import numpy as np
-import numpy.typing as npt
+import ufl
 
-#: Unknowns of a solid from which this preconditioner is taken in place of a kept factorization, which was
-#: several times as fast wherever both were measured, but whose memory grows faster than the unknowns.
+#: Unknowns of a solid from which this solver is taken in place of a kept factorization.
 LARGE = 500_000
+#: Past corrections that are combined there.
+MEMORY = 5
+#: Relative residual of solutions that are kept with the tangent.
+WELL = 1e-4
+#: Mean contraction above which the tangent is renewed there: it takes as long as a few corrections.
+SLOW = 0.3
+
+KRYLOV: Options = {
+    "ksp_type": "gmres",
+    "ksp_pc_side": "right",
+    "ksp_rtol": 0.1,  # corrections are combined, and the residual is always the present one
+    "ksp_max_it": 200,
+    "ksp_gmres_restart": 50,
+}
 
 
 def wanted(space: fem.FunctionSpace, unknowns: int, options: Options | None) -> bool:
-    """Whether this preconditioner is taken: by size, or as the user says."""
+    """Whether this solver is taken: by size, or as the user says."""
     chosen = (options or {}).get("pc_type")
     if chosen is None:
         return space.mesh.geometry.dim == 3 and unknowns >= LARGE
     return chosen == ("fieldsplit" if space.num_sub_spaces and space.dofmap.index_map_bs == 1 else "gamg")
 
 
-def defaults(space: fem.FunctionSpace) -> Options:
-    """Options of the solver; a correction by it is a thousandth off."""
-    multigrid: Options = {
-        "pc_type": "gamg",
-        "pc_gamg_threshold": -1.0,
-        "mg_levels_ksp_type": "richardson",
-        "mg_levels_ksp_max_it": 1,
-        "mg_levels_pc_type": "sor",
-    }
-    krylov: Options = {
-        "ksp_type": "gmres",
-        "ksp_pc_side": "right",
-        "ksp_rtol": 1e-3,
-        "ksp_max_it": 200,
-        "ksp_gmres_restart": 100,
-    }
-    if space.dofmap.index_map_bs > 1:
-        return {**krylov, **multigrid}
-    return {
-        **krylov,
-        "pc_type": "fieldsplit",
-        "pc_fieldsplit_type": "schur",
-        "pc_fieldsplit_schur_fact_type": "upper",
-        "pc_fieldsplit_schur_precondition": "a11",
-        "fieldsplit_u_ksp_type": "preonly",
-        **{f"fieldsplit_u_{key}": value for key, value in multigrid.items()},
-        "fieldsplit_p_ksp_type": "preonly",
-        "fieldsplit_p_pc_type": "sor",
-    }
-
-
-def fields(space: fem.FunctionSpace, matrix: PETSc.Mat) -> list[tuple[str, PETSc.IS]]:
-    """Global numbers of displacement and pressure that this process owns, the first with its rigid motions.
-
-    Without a pressure there are none, and the matrix has the rigid motions.
-    """
-    block = space.dofmap.index_map_bs
-    if block > 1:
-        x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-        matrix.setNearNullSpace(rigid_motions(x, block, lasting(space.mesh.comm)))
-        return []
-    found = []
-    for number, name in enumerate("up"):
-        part, dofs = space.sub(number).collapse()
-        # Sorted, as PETSc wants them; the components of a node are neighbours in the mixed space.
-        dofs = np.asarray(dofs).ravel()
-        order = np.argsort(dofs)
-        order = order[dofs[order] < owned_dofs(space)]
-        first = space.dofmap.index_map.local_range[0]
-        index = PETSc.IS().createGeneral((dofs[order] + first).astype(PETSc.IntType), comm=space.mesh.comm)
-        block = part.dofmap.index_map_bs
-        if block > 1:
-            index.setBlockSize(block)
-            x = part.tabulate_dof_coordinates()[order[::block] // block]
-            index.compose("nearnullspace", rigid_motions(x, block, lasting(space.mesh.comm)))
-        found.append((name, index))
-    return found
-
-
-def rigid_motions(x: npt.NDArray[np.float64], dim: int, comm: Any) -> PETSc.NullSpace:
-    """Orthonormal translations and rotations of nodes.
+class Blocks:
+    """Solves with the blocks of a tangent.
 
     Args:
-        x: Coordinates of the nodes that this process owns, (n, 3).
-        dim: Components of the displacement.
-        comm: The communicator.
+        residual: UFL form on the space of displacement and pressure, or of displacement alone.
+        unknown: What it is differentiated by.
+        bcs: Conditions, homogeneous for what is solved for.
+        stabilization: Form with what stands for the Schur complement; None without pressure.
+        name: Section of a case file that reaches the options.
+        options: Options of the user.
+        symmetric: Whether the tangent is symmetric.
+
+    Attributes:
+        ksp: The Krylov solver.
+        levels: The multigrid for the displacement, unless the user has another solver for it.
     """
-    modes = [np.tile(axis, (len(x), 1)) for axis in np.eye(dim)]
-    for i in range(dim):
-        for j in range(i):
-            turn = np.zeros((len(x), dim))
-            turn[:, i], turn[:, j] = x[:, j], -x[:, i]
-            modes.append(turn)
-    vectors: list[PETSc.Vec] = []
-    for mode in modes:
-        vector = PETSc.Vec().createMPI((mode.size, PETSc.DETERMINE), bsize=dim, comm=comm)
-        vector.array[:] = mode.ravel()
-        for _ in range(2):  # twice is enough, however far the body is from the origin
-            for other in vectors:
-                vector.axpy(-vector.dot(other), other)
-            vector.normalize()
-        vectors.append(vector)
-    return PETSc.NullSpace().create(vectors=vectors, comm=comm)
+
+    def __init__(
+        self,
+        residual: Any,
+        unknown: fem.Function,
+        bcs: Sequence[fem.DirichletBC],
+        stabilization: Any,
+        name: str,
+        options: Options | None,
+        symmetric: bool,
+    ) -> None:
+        space = unknown.function_space
+        mesh, test = space.mesh, residual.arguments()[0]
+        mixed = stabilization is not None
+        fixed = np.concatenate([np.zeros(0, np.int32), *(bc.dof_indices()[0] for bc in bcs)])
+        if mixed:
+            (V, u_dofs), (Q, p_dofs) = (space.sub(i).collapse() for i in range(2))
+            self._dofs: list[Any] = [
+                np.ravel(dofs)[: owned_dofs(part)] for part, dofs in ((V, u_dofs), (Q, p_dofs))
+            ]
+            fixed = np.flatnonzero(np.isin(np.ravel(u_dofs), fixed))
+        else:
+            V, self._dofs = space, [slice(0, owned_dofs(space))]
+        dim = V.dofmap.index_map_bs
+        fixed = np.unique(fixed).astype(np.int32)
+        held = conditions(V, fixed)
+
+        def displacement(v: Any) -> Any:
+            return ufl.as_vector([*(v[i] for i in range(dim)), 0]) if mixed else v
+
+        def tangent(rows: Any, columns: Any) -> Any:
+            return ufl.derivative(ufl.replace(residual, {test: rows}), unknown, columns)
+
+        def of_displacements(on: fem.FunctionSpace) -> Any:
+            return tangent(displacement(ufl.TestFunction(on)), displacement(ufl.TrialFunction(on)))
+
+        A = Matrix(of_displacements(V), held, symmetric)
+        self._matrices = [A]
+        if mixed:
+            zeros = [0] * dim
+            rows = ufl.as_vector([*zeros, ufl.TestFunction(Q)])
+            columns = ufl.as_vector([*zeros, ufl.TrialFunction(Q)])
+            Bt = Matrix(tangent(displacement(ufl.TestFunction(V)), columns), held)
+            arguments = dict(zip(stabilization.arguments(), (rows, columns), strict=True))
+            schur = ufl.replace(stabilization, arguments)
+            of_pressure = ufl.algorithms.expand_derivatives(tangent(rows, columns))
+            C = None if of_pressure.empty() else Matrix(of_pressure)
+            S = Matrix(schur if C is None else schur + of_pressure)
+            self._matrices += [part for part in (Bt, C, S) if part is not None]
+            corner = None if C is None else C.matrix
+            blocks = [[A.matrix, Bt.matrix], [PETSc.Mat().createTranspose(Bt.matrix), corner]]
+            self._K = PETSc.Mat().createNest(blocks, comm=mesh.comm)
+        else:
+            self._K = A.matrix
+        chosen = {key: value for key, value in (options or {}).items() if key != "pc_type"}
+        self.ksp = make_ksp(self._K, name, {**KRYLOV, "pc_type": "python"}, chosen)
+        prefix = self.ksp.getOptionsPrefix() + ("fieldsplit_u_" if mixed else "")
+        self.levels: TwoLevels | None = None
+        if V.ufl_element().degree == 2 and "fieldsplit_u_pc_type" not in chosen:
+            coarse = TwoLevels.coarse_space(V)
+            self.levels = TwoLevels(V, fixed, A.matrix, of_displacements(coarse), coarse, symmetric, prefix)
+            self._matrices.append(self.levels.matrix)
+            self._solvers = [self.levels.coarse, self.levels.smoother]
+            apply = self.levels.apply
+        else:
+            A.matrix.setNearNullSpace(rigid_motions(V))
+            self._solvers = [part_solver(A.matrix, prefix, {"ksp_type": "preonly", **GAMG})]
+            apply = self._solvers[0].solve
+        preconditioner: Any = _Alone(apply)
+        if mixed:
+            prefix = f"{self.ksp.getOptionsPrefix()}fieldsplit_p_"
+            self._solvers.append(part_solver(S.matrix, prefix, {**SWEEP, "ksp_max_it": 2}))
+            preconditioner = _Upper(apply, Bt.matrix, self._solvers[-1], self._K.getNestISs()[0])
+        self.ksp.getPC().setPythonContext(preconditioner)
+        size = self._K.getLocalSize()[0]
+        self._b, self._x = (PETSc.Vec().createMPI((size, PETSc.DETERMINE), comm=mesh.comm) for _ in range(2))
+
+    def renew(self) -> None:
+        """Assemble the tangent at the present state, and make the preconditioner (collective)."""
+        for matrix in self._matrices:
+            matrix.assemble()
+        for solver in self._solvers:
+            solver.setOperators(solver.getOperators()[0])
+            solver.setUp()
+        self._K.assemble()
+        self.ksp.setOperators(self._K)
+
+    @contextmanager
+    def precisely(self) -> Iterator[None]:
+        """For a while solve for what is kept."""
+        usual = self.ksp.getTolerances()[0]
+        self.ksp.setTolerances(rtol=min(usual, WELL))
+        try:
+            yield
+        finally:
+            self.ksp.setTolerances(rtol=usual)
+
+    def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve for x, owned degrees of freedom of the whole space (collective)."""
+        given, found, first = b.array_r, self._b.array, 0
+        for dofs in self._dofs:
+            part = given[dofs]
+            found[first : first + len(part)] = part
+            first += len(part)
+        self.ksp.solve(self._b, self._x)
+        solution, first, values = x.array, 0, self._x.array_r
+        for dofs in self._dofs:
+            size = len(solution[dofs])
+            solution[dofs] = values[first : first + size]
+            first += size
+
+
+class _Alone:
+    """A preconditioner of PETSc from a function."""
+
+    def __init__(self, apply: Any) -> None:
+        self._apply = apply
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        self._apply(x, y)
+
+
+class _Upper:
+    """The upper triangle: the pressure first, then the displacement that goes with it."""
+
+    def __init__(self, apply: Any, Bt: PETSc.Mat, pressure: PETSc.KSP, sets: Sequence[PETSc.IS]) -> None:
+        self._displacement, self._Bt, self._pressure, self._sets = apply, Bt, pressure, sets
+        self._force = Bt.createVecLeft()
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        given, found = ([vector.getSubVector(index) for index in self._sets] for vector in (x, y))
+        self._pressure.solve(given[1], found[1])
+        self._Bt.mult(found[1], self._force)
+        self._force.aypx(-1.0, given[0])
+        self._displacement(self._force, found[0])
+        for vector, parts in ((x, given), (y, found)):
+            for index, part in zip(self._sets, parts, strict=True):
+                vector.restoreSubVector(index, part)
