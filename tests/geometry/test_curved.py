@@ -15,6 +15,7 @@ import basix
 import numpy as np
 import pytest
 import ufl
+from dolfinx import mesh as dmesh
 
 
 @pytest.fixture(scope="module")
@@ -115,3 +116,18 @@ def test_depth_by_laplace():
     assert near.sum() > 20
     assert np.mean(depth - cylinder) == pytest.approx(0, abs=0.02)  # measured 0.014
     assert np.mean(depth - (r[near] - 7) / 3) == pytest.approx(0.058, abs=0.01)
+
+
+def test_narrow_cells_at_the_apex():
+    """Ventricle, apex_ratio and apex_reach: edges are as long as asked for at the apex and above the reach,
+    and counts() is about what gmsh makes."""
+    shape = Ventricle(spacing=3.0, layers=1, apex_ratio=0.3, apex_reach=10.0)
+    meshed = shape.mesh(MPI.COMM_SELF)
+    facets = meshed.facets(["epicardium"], "geometry")
+    corners = meshed.mesh.geometry.x[dmesh.entities_to_geometry(meshed.mesh, 2, facets)]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+    height = corners[:, :, 2].mean(axis=1) + 20
+    assert edges[height < 1].mean() == pytest.approx(0.9, rel=0.3)
+    assert edges[height > 12].mean() == pytest.approx(3.0, rel=0.15)
+    plain = Ventricle(spacing=3.0, layers=1).counts()[1]
+    assert shape.counts()[1] > 1.5 * plain

@@ -61,7 +61,9 @@ def test_the_cases_and_their_variants():
     """Other parameters of material and activation by --set are another problem, finer steps are not."""
     for name in MEDIANS:
         path = cases.path(name)
-        assert not changed_problem(Case.from_file(path, ["time.step=5e-4", "geometry.spacing=4e-3"]))
+        assert not changed_problem(
+            Case.from_file(path, ["time.step=5e-4", "geometry.spacing=4e-3", "mechanics.normals=smooth"])
+        )
         for change in ("material.a_f=55416.0", "activation.sigma_0=2e5", "mechanics.density=1.0"):
             assert set(changed_problem(Case.from_file(path, [change]))) == {change.split("=")[0]}
 
@@ -75,3 +77,18 @@ def test_a_few_steps(tmp_path):
     assert results["curves"]["p1_x"]["peak"] < -1e-3
     saved = json.loads((tmp_path / "out" / "results.json").read_text())
     assert saved["metrics"]["rms_p1_x"] == results["curves"]["p1_x"]["rms"]
+
+
+@pytest.mark.slow
+def test_within_the_range_of_the_teams(tmp_path):
+    """arostica-0a as shipped, at t = 0.25 s: all components of both points are where the teams have them."""
+    case = Case.from_file(cases.path("arostica-0a"), ["time.end=0.25"])
+    run_case(case, tmp_path / "out", comm=ALONE, figures=False)
+    rows = (tmp_path / "out" / "probes.csv").read_text().splitlines()
+    last = dict(zip(rows[0].split(","), map(float, rows[-1].split(",")), strict=True))
+    found = curves.published("arostica-0a")
+    at = int(np.argmin(abs(found.times - 0.25)))
+    for point, teams in found.points.items():
+        for i, axis in enumerate("xyz"):
+            low, high = teams[:, at, i].min(), teams[:, at, i].max()
+            assert low - 5e-5 <= last[f"{point}_displacement_{axis}"] <= high + 5e-5, (point, axis)

@@ -32,6 +32,8 @@ NUMERICS = (
         "geometry.spacing.",
         "geometry.order.",
         "geometry.layers.",
+        "geometry.apex_ratio.",
+        "geometry.apex_reach.",
         "potential.refinement.",
         "potential.mass.",
         "potential.reaction.",

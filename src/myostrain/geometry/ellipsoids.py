@@ -96,6 +96,7 @@ def mesh_walls(
     place: Callable[[Points], str],
     boundaries: Sequence[str],
     order: Order = 1,
+    sizes: Callable[[float, float, float], float] | None = None,
 ) -> Meshed:
     """Mesh volumes with gmsh, and name what bounds them together by where its nodes are.
 
@@ -107,6 +108,7 @@ def mesh_walls(
         place: Gives the name of a surface that has these nodes (n, 3).
         boundaries: The names, numbered from 1 in this order.
         order: Degree of the cells' geometry.
+        sizes: The edge length at X, Y, Z where it is not the same everywhere.
 
     Raises:
         InputError: Gmsh is not there or fails, or a curved cell would be inverted.
@@ -115,8 +117,14 @@ def mesh_walls(
     def make(gmsh: Any) -> int:
         model = gmsh.model
         model.add("walls")
-        for option, value in {"MeshSizeMin": spacing, "MeshSizeMax": spacing, "OptimizeNetgen": 1}.items():
-            gmsh.option.setNumber(f"Mesh.{option}", value)
+        gmsh.option.setNumber("Mesh.OptimizeNetgen", 1)
+        if sizes is None:
+            for option in ("MeshSizeMin", "MeshSizeMax"):
+                gmsh.option.setNumber(f"Mesh.{option}", spacing)
+        else:
+            for option in ("FromPoints", "FromCurvature", "ExtendFromBoundary"):
+                gmsh.option.setNumber(f"Mesh.MeshSize{option}", 0)
+            model.mesh.setSizeCallback(lambda dim, tag, x, y, z, size: sizes(x, y, z))
         try:
             add(gmsh)
             model.occ.synchronize()

@@ -45,6 +45,8 @@ class Ventricle:
         order: Degree of the cells' geometry: 1 straight, 2 curved. Straight cells, as wide as a quarter of
             the inner radius, took 7 per cent of the twist of a contracting ventricle; curved ones cost no
             unknowns.
+        apex_ratio: Edge length at the apex, as a share of the spacing, to which it grows linearly.
+        apex_reach: Height above the outer apex over which it grows; up to the rims unless given.
     """
 
     endocardium: tuple[Positive, Positive] = (7.0, 17.0)
@@ -54,6 +56,8 @@ class Ventricle:
     layers: Count | None = None
     axis: Axis = "z"
     order: Order = 1
+    apex_ratio: Positive = 1.0
+    apex_reach: Positive | None = None
     dim: ClassVar[int] = 3
 
     def _check(self) -> None:
@@ -99,6 +103,11 @@ class Ventricle:
         return float(np.subtract(self.epicardium, self.endocardium).mean())
 
     @property
+    def _reach(self) -> float:
+        whole = max(self.rims) + self.epicardium[1]
+        return whole if self.apex_reach is None else min(self.apex_reach, whole)
+
+    @property
     def cavity_volume(self) -> float:
         """Volume inside the endocardium below its rim."""
         return self.at_depth(0).volume_below(self.rims[0])
@@ -113,8 +122,16 @@ class Ventricle:
     def counts(self) -> tuple[float, float]:
         """About how many nodes and cells the mesh has, before it is made."""
         self._check()
-        spacing = np.cbrt(self.spacing**2 * self._thickness / self.cells_through)
+        narrow = self._reach / (max(self.rims) + self.epicardium[1])
+        # As many cells as with a length that is linear in the height.
+        wide = self.spacing / np.sqrt(max(1 + narrow * (1 / self.apex_ratio - 1), 0.0))
+        spacing = np.cbrt(wide**2 * self._thickness / self.cells_through)
         return counts(self.volume, 2.2 * self.volume / self._thickness, float(spacing))
+
+    def _size(self, x: float, y: float, z: float) -> float:
+        """The edge length at a point."""
+        share = min(max((z + self.epicardium[1]) / self._reach, 0.0), 1.0)
+        return self.spacing * (self.apex_ratio + (1 - self.apex_ratio) * share)
 
     def _place(self, points: Points) -> str:
         (low, high), (r, R) = self.rims, self._radii
@@ -150,7 +167,8 @@ class Ventricle:
                 occ.fragment(walls[:1], walls[1:])
 
         names = ("endocardium", "epicardium", "base")
-        meshed = mesh_walls(comm, add, self.spacing, thickness, self._place, names, self.order)
+        sizes = None if self.apex_ratio == 1 else self._size
+        meshed = mesh_walls(comm, add, self.spacing, thickness, self._place, names, self.order, sizes)
         x = meshed.mesh.geometry.x
         x[:] = np.roll(x, roll(self.axis), axis=1)
         return meshed
