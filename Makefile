@@ -44,6 +44,7 @@ format: $(READY) ## format the code, apply the safe fixes, write docs/howto/case
 bench: $(READY) ## measure work against precision, write docs/benchmarks.md (half an hour); options in ARGS
 	$(RUN) python benchmarks/work_precision.py $(ARGS)
 	$(RUN) python benchmarks/solid.py
+	$(RUN) python benchmarks/heart.py
 	$(RUN) python benchmarks/electrics.py
 	$(RUN) python benchmarks/membranes.py
 
