@@ -4,10 +4,10 @@
     python benchmarks/heart.py ours|textbook SPACING LAYERS END      # one side
 
 The textbook solution (`textbook_heart.py`) takes the mesh, the directions of fibres, the depth in the wall
-and the filled state from myostrain, and nothing else. Both solve mechanics and circulation every 2 ms and the potential every
-0.1 ms, and write nothing; the search for the state at the preload, and the compilation of formulas, are left out.
-Each side runs in a process of its own, one after the other. Others use the machine too: the processor seconds
-are what counts. Volumes and pressures of both are printed beside each other.
+and the filled state from myostrain, and nothing else. Both solve mechanics and circulation every 2 ms and the
+potential every 0.1 ms, and write nothing; the search for the state at the preload, and the compilation of
+formulas, are left out. Each side runs in a process of its own, one after the other. Others use the machine
+too: the processor seconds are what counts. Volumes and pressures of both are printed beside each other.
 """
 
 from __future__ import annotations
@@ -60,7 +60,6 @@ def ours(spacing: float, layers: int, end: float) -> dict:
 def textbook(spacing: float, layers: int, end: float) -> dict:
     """Step the heart by the textbook solution."""
     import dolfinx_solver  # noqa: F401
-
     from myostrain import geometry
     from myostrain.case import building
     from myostrain.engine import MPI
@@ -125,10 +124,10 @@ def main() -> None:
     for name, index in (("volume", 0), ("pressure", 1)):
         ends = [runs[side]["history"][-1][index] for side in ("ours", "textbook")]
         print(f"{name} at {given.end:g} ms: ours {ends[0]:.6g}, textbook {ends[1]:.6g}")
+    there, here = runs["textbook"], runs["ours"]
     print(
-        f"{runs['textbook']['cpu'] / runs['ours']['cpu']:.1f} times as fast; "
-        f"{len(runs['textbook']['newton'])} solves with {sum(runs['textbook']['newton'])} factorizations there, "
-        f"{runs['ours']['counts']} here"
+        f"{there['cpu'] / here['cpu']:.1f} times as fast; {sum(there['newton'])} factorizations in "
+        f"{len(there['newton'])} solves there, {here['counts']} here"
     )
     given.out.parent.mkdir(parents=True, exist_ok=True)
     given.out.write_text(json.dumps(runs, indent=1))

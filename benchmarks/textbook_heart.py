@@ -1,12 +1,13 @@
 """A beating ventricle as a careful user of DOLFINx would write it: what `heartbeat-3d` is timed against.
 
-The same heart: a human membrane (Bueno-Orovio, Cherry, Fenton 2008, EPI), the active strain of Rossi and others
-2014 with sliding sheets, a Holzapfel–Ogden wall with J = 1 (Taylor and Hood), springs at base and epicardium,
-a cavity that a Windkessel with two valves fills and empties. Mesh, directions of fibres, depth in the wall
-and a state near the preload come from outside; the equations and solvers here are its own. Nothing
-is tuned and nothing kept: in each solve of mechanics Newton's method with a fresh tangent and a fresh MUMPS LU
-factorization in each iteration, bordered by the cavity's pressure; the membrane by NumPy, explicitly, with
-exponential steps of its gates; diffusion by an implicit step and conjugate gradients, reassembled when the body has moved.
+The same heart: a human membrane (Bueno-Orovio, Cherry, Fenton 2008, EPI), the active strain of Rossi and
+others 2014 with sliding sheets, a Holzapfel–Ogden wall with J = 1 (Taylor and Hood), springs at base and
+epicardium, a cavity that a Windkessel with two valves fills and empties. Mesh, directions of fibres, depth
+in the wall and a state near the preload come from outside; the equations and solvers here are its own.
+Nothing is tuned and nothing kept: in each solve of mechanics Newton's method with a fresh tangent and a
+fresh MUMPS LU factorization in each iteration, bordered by the cavity's pressure; the membrane by NumPy,
+explicitly, with exponential steps of its gates; diffusion by an implicit step and conjugate gradients,
+reassembled when the body has moved.
 """
 
 import contextlib
@@ -138,7 +139,7 @@ class Heart:
         x = ufl.SpatialCoordinate(mesh) + u
         # The base slides in its plane, so that a cap from a point of it encloses nothing.
         volume = -ufl.dot(x - ufl.as_vector([0.0, 0.0, height]), area) / 3 * inside
-        w, q = ufl.TestFunctions(W)
+        w, _ = ufl.TestFunctions(W)
         residual = ufl.derivative((energy + augmented - p * (J - 1)) * dx + springs, self.state)
         push = ufl.dot(area, w) * inside
         residual += self.pressure * push
@@ -181,7 +182,10 @@ class Heart:
         self.matrix.assemble()
         self.krylov.setOperators(self.matrix)
         self.at_nodes = fp.assemble_vector(self.mass).array.copy()
-        with fp.assemble_vector(self.stretch).localForm() as seen, fp.assemble_vector(self.weights).localForm() as weights:
+        with (
+            fp.assemble_vector(self.stretch).localForm() as seen,
+            fp.assemble_vector(self.weights).localForm() as weights,
+        ):
             self.seen = seen.array / weights.array
 
     def fill(self, near):
@@ -197,20 +201,22 @@ class Heart:
         return self.mesh.comm.allreduce(fem.assemble_scalar(self.volume), MPI.SUM)
 
     def circulation(self, p, dt):
-        """Change of volume, pressure in the arteries and the former's derivative by p after an implicit step."""
+        """Change of volume, arterial pressure, and the former's derivative by p, after an implicit step."""
         flow_in = max(P_IN - p, 0) / R_IN
         if p > self.arteries:  # try the open valve
             arteries = (self.arteries * C + dt * (p / Z + P_V / R)) / (C + dt / Z + dt / R)
         else:
             arteries = (self.arteries * C + dt * P_V / R) / (C + dt / R)
         flow_out = max(p - arteries, 0) / Z
-        slope = -(1 / R_IN if p < P_IN else 0) - (1 / Z if flow_out > 0 else 0)
+        open_valve = 1 / Z * (1 - dt / Z / (C + dt / Z + dt / R))
+        slope = -(1 / R_IN if p < P_IN else 0) - (open_valve if flow_out > 0 else 0)
         return dt * (flow_in - flow_out), arteries, dt * slope
 
     def solve(self, dt, pressure=None):
         """Equilibrium, with a given pressure or after a step of the circulation of `dt`."""
-        before = self.history[-1][1] if self.history else 0.0
-        for iteration in range(1, 51):
+        before, count = self.history[-1][1] if self.history else 0.0, 0
+        for _ in range(50):
+            count += 1
             if pressure is not None:
                 self.pressure.value, left, by_p = pressure, 0.0, 1.0
             else:
@@ -244,7 +250,7 @@ class Heart:
                 break
         else:
             raise RuntimeError(f"Newton's method does not converge at t = {self.time}")
-        self.newton.append(iteration)
+        self.newton.append(count)
 
     def beat(self, end):
         """Go on to the time `end`."""
