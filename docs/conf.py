@@ -17,12 +17,13 @@ language = "en-GB"
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "myst_parser",
+    "myst_nb",  # pages of MyST and notebooks
     "mathml",
     "docstrings",
 ]
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline", "colon_fence"]
 myst_heading_anchors = 3
+nb_execution_mode = "off"  # the tutorials hold what they show; a test runs them
 html_math_renderer = "mathml"
 nitpicky = False
 
@@ -34,7 +35,7 @@ napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 
 html_theme = "furo"
-html_title = "myostrain"
+html_title = f"myostrain {version}"
 html_static_path = ["_static"]
 html_css_files = ["formulas.css"]
 html_copy_source = False

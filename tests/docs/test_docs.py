@@ -196,6 +196,7 @@ class Resources(HTMLParser):
 def site(tmp_path_factory):
     """The site, built as `make docs` builds it, and what its pages hold."""
     pytest.importorskip("sphinx", reason="the group 'docs' of pyproject.toml is not installed")
+    pytest.importorskip("myst_nb", reason="the group 'docs' of pyproject.toml is not installed")
     pytest.importorskip("furo", reason="the group 'docs' of pyproject.toml is not installed")
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
@@ -246,3 +247,10 @@ def test_links_within_the_site_lead_somewhere(site):
             assert target.exists(), f"{link} on {path.relative_to(folder)}"
             if parts.fragment and target in pages:
                 assert unquote(parts.fragment) in pages[target].ids, f"{link} on {path.relative_to(folder)}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_lines_of_code_fit(page):
+    """No line is cut off at 1280 pixels, where a block holds 110 characters (``_static/formulas.css``)."""
+    for block in re.findall(r"^```(?!text)\w+\n(.*?)^```$", text(page), re.S | re.M):
+        assert [line for line in block.splitlines() if len(line) > 110] == []

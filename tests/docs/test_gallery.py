@@ -1,5 +1,6 @@
 """The gallery's commands are the program's, its examples are many, and its pictures are small."""
 
+import importlib.util
 import re
 import shlex
 from pathlib import Path
@@ -36,8 +37,19 @@ def test_commands_are_those_of_the_program():
             assert words[0] in cases.names(), line
 
 
-def test_pictures_are_small():
-    """60 kB each at most, so that the page loads at once."""
+def test_pictures_are_many_and_small():
+    """Of twenty examples at least; 60 kB each at most, so that the page loads at once."""
     shown = re.findall(r"!\[.+?\]\((.+?)\)", PAGE)
-    assert 1 <= len(shown) <= 6
+    assert len(set(shown)) >= 20
     assert all((DOCS / path).stat().st_size <= 60_000 for path in shown)
+
+
+def test_pictures_are_those_of_the_examples():
+    """What the script draws stands with the example whose name it bears, and no picture is left over."""
+    spec = importlib.util.spec_from_file_location("gallery", DOCS / "extensions" / "gallery_pictures.py")
+    pictures = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(pictures)
+    for title in pictures.DRAWN:
+        assert f"](images/{pictures.name_of(title)})" in EXAMPLES[title], title
+    made = {path.name for path in (DOCS / "images").glob("gallery-*.png")}
+    assert made == set(map(pictures.name_of, pictures.DRAWN))

@@ -151,3 +151,68 @@ def test_what_a_model_does_not_have_is_said(tmp_path):
     ):
         with pytest.raises(ms.InputError, match=words):
             FieldWriter(model, tmp_path, [], {}, {name: expression})
+
+
+def test_stress_and_pressure_of_a_pulled_sheet(tmp_path):
+    """Plane strain, σ = μ B − p 1 with det F = 1: pulled at by the traction σ, free above.
+
+    So σ_yy = 0, σ_xx = μ (λ² − λ⁻²), p = μ λ⁻², and σ_zz = μ − p.
+    """
+    body = ms.build(ms.geometry.Rectangle(size=(2.0, 1.0), spacing=1.0), ms.UniformFibres(direction=(1, 0)))
+    mu, stretch = 1.5, 1.1
+    pull = mu * (stretch**2 - stretch**-2)
+    mechanics = ms.Mechanics(
+        body,
+        kinematics=ms.kinematics.PlaneStrain(),
+        material=ms.materials.NeoHookean(mu=mu),
+        supports=ms.Supports(sliding=["left", "bottom"]),
+        loads=ms.Loads(pressure={"right": ((0.0, 0.0), (1.0, -pull))}),
+    )
+    model = ms.Electromechanics(
+        ms.GivenPotential(body, drive=ms.Drive(potential=0.0)),
+        mechanics,
+        law=ms.activation.Proportional(beta=0.1),
+    )
+    fields = ["cauchy_stress", "pressure", "gamma", "displacement"]
+    ms.Simulation(model, step=0.25, end=1.0, every=1.0, out=tmp_path / "out", fields=fields).run()
+    last = ms.open(tmp_path / "out").frames[-1]
+    expected = {
+        "cauchy_stress_xx": pull,
+        "cauchy_stress_yy": 0.0,
+        "cauchy_stress_zz": mu - mu / stretch**2,
+        "cauchy_stress_xy": 0.0,
+        "pressure": mu / stretch**2,
+        "gamma": 0.0,
+    }
+    for name, value in expected.items():
+        np.testing.assert_allclose(last[name], value, atol=1e-7, err_msg=name)
+    np.testing.assert_allclose(last.fibre_stretch(), stretch, atol=1e-8)
+
+
+def test_calcium_and_activation_times_are_those_of_the_run(tmp_path):
+    """The state that the membrane calls its calcium; times so far, NaN before, and at the end the run's."""
+    body = ms.build(ms.geometry.Line(length=4.0, spacing=0.5))
+    pacer = ms.Stimulus(
+        where=ms.Place(boundary=["left"], depth=1.0), strength=0.3, duration=5.0, period=400.0, count=1
+    )
+    potential = ms.Potential(
+        body, membrane=ms.membranes.MitchellSchaeffer2003(), diffusivity=0.1, mass="averaged", stimuli=[pacer]
+    )
+    fields = ["activation_times", "potential"]
+    simulation = ms.Simulation(
+        ms.Electromechanics(potential), step=0.5, end=40.0, every=4.0, out=tmp_path / "out", fields=fields
+    )
+    simulation.run()
+    run = ms.open(tmp_path / "out")
+    times = run.activation_times.values[0]
+    assert np.isfinite(times).all()
+    assert np.ptp(times) > 4.0
+    for frame in run.frames:
+        assert (np.isnan(frame["activation_times"]) == (times > frame.time)).all()
+    np.testing.assert_array_equal(run.frames[-1]["activation_times"], times)
+    membrane = ms.membranes.BuenoOrovio2008()
+    rigid = ms.Electromechanics(ms.Potential(body, membrane=membrane, diffusivity=0.1))
+    fields = ["calcium", "states"]
+    ms.Simulation(rigid, step=0.1, end=0.2, every=0.1, out=tmp_path / "other", fields=fields).run()
+    last = ms.open(tmp_path / "other").frames[-1]
+    np.testing.assert_array_equal(last["calcium"], last[membrane.calcium])

@@ -56,8 +56,9 @@ Source = tuple[Sequence[str], Callable[[], Sequence[Array]]]
 class NodalValues:
     """Values of chosen fields at the potential's nodes.
 
-    Fields of the mechanics that are no polynomials at nodes are means over the cells around each node,
-    ∫ f φ dX / ∫ φ dX. Of a tensor each component is a field: ``E_xx``, ``E_xy``, ...
+    Stress and the stretch of the fibre are fitted in the cells around each node; other fields of the
+    mechanics are means over these cells, ∫ f φ dX / ∫ φ dX. Of a tensor each component is a field:
+    ``E_xx``, ``E_xy``, ...
 
     Args:
         model: The coupled problem.
