@@ -13,6 +13,7 @@ more where others use the machine.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import resource
@@ -32,7 +33,8 @@ BLOCK = "pc_type=fieldsplit"
 
 
 def box(n):
-    import dolfinx_solver  # noqa: F401
+    with contextlib.suppress(ImportError):
+        import dolfinx_solver  # noqa: F401
 
     import numpy as np
     from dolfinx import mesh
@@ -44,6 +46,7 @@ def box(n):
 def ours(n, options: dict) -> dict:
     """Run the slab by myostrain."""
     import myostrain as ms
+    import myostrain.engine
     from myostrain.geometry import Body, Meshed, UniformFibres
     from myostrain.kinematics import Solid
     from myostrain.materials import NeoHookean

@@ -5,16 +5,14 @@ What the wheel ``dolfinx-solver-real`` needs to be imported in any order is in `
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import importlib.metadata
 import os
 import platform
 from functools import cache
-from pathlib import Path
 from typing import Any
 
-from myostrain.kernel_cache import claim_cache
+from myostrain import blas
+from myostrain.kernel_cache import cache_folder, claim_cache, cpu_key
 
 # PETSc would end the process at SIGTERM before a run can write a checkpoint.
 os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
@@ -23,6 +21,7 @@ if int(os.environ.get("MPI_LOCALNRANKS", "1")) > (os.cpu_count() or 1):
     os.environ.setdefault("MPIR_CVAR_ENABLE_HEAVY_YIELD", "1")
 
 try:
+    blas.hasten(cache_folder())
     import dolfinx
 except ModuleNotFoundError as missing:
     raise ModuleNotFoundError(
@@ -44,7 +43,7 @@ if np.dtype(PETSc.ScalarType) != np.float64:
 # Options that a solver has no use for are checked when it is made, not complained about at exit.
 PETSc.Options().setValue("options_left", False)
 
-__all__ = ["MPI", "PETSc", "compile_form", "cpu_key", "jit_options", "lasting", "versions"]
+__all__ = ["MPI", "PETSc", "cache_folder", "compile_form", "cpu_key", "jit_options", "lasting", "versions"]
 
 # As -ffast-math, but NaN and Inf keep their meaning (a diverging run must show) and linking sets no
 # process-wide flag.
@@ -71,25 +70,6 @@ def lasting(comm: Any) -> Any:
         if MPI.Comm.Compare(comm, known) in (MPI.IDENT, MPI.CONGRUENT):
             return known
     return comm
-
-
-@cache
-def cpu_key() -> str:
-    """A short key of this processor: another one that shares the home folder makes its own kernels."""
-    description = platform.machine() + platform.processor()
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith(("flags", "Features", "model name")):
-                description += line
-            if not line.strip():
-                break
-    return hashlib.sha256(description.encode()).hexdigest()[:12]
-
-
-def cache_folder() -> Path:
-    """Where compiled kernels are kept."""
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return root / "myostrain" / f"kernels-{cpu_key()}"
 
 
 @cache

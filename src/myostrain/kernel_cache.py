@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import hashlib
 import os
+import platform
 import tempfile
+from functools import cache
 from pathlib import Path
 
 from myostrain.errors import InputError
@@ -15,6 +18,25 @@ LOCK = ".in-use"
 
 #: So many kernels are kept. FFCx lists the folder for every kernel that it loads: 10 ms with 5,000 of them.
 KEPT = 3000
+
+
+@cache
+def cpu_key() -> str:
+    """A short key of this processor: another one that shares the home folder makes its own kernels."""
+    description = platform.machine() + platform.processor()
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith(("flags", "Features", "model name")):
+                description += line
+            if not line.strip():
+                break
+    return hashlib.sha256(description.encode()).hexdigest()[:12]
+
+
+def cache_folder() -> Path:
+    """Where compiled kernels are kept."""
+    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return root / "myostrain" / f"kernels-{cpu_key()}"
 
 
 def claim_cache(folder: Path) -> None:

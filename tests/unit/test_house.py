@@ -12,7 +12,7 @@ SOURCE = Path(__file__).parents[2] / "src" / "myostrain"
 #: parts of one layer do not know each other. A name is a folder, or a module at the top.
 LAYERS = [
     {"errors"},
-    {"kernel_cache"},
+    {"kernel_cache", "blas"},
     {"engine"},
     {"validation", "state"},
     {"history", "course", "directions", "pointwise"},

@@ -25,24 +25,32 @@ class Anderson:
 
     def __init__(self, memory: int, measured: npt.NDArray[np.int32] | slice, comm: Any) -> None:
         self._memory, self._measured, self._comm = memory, measured, comm
-        self._past: list[tuple[Array, Array]] = []
+        self.clear()
 
     def clear(self) -> None:
         """Forget the past: the iteration is another one now."""
-        self._past = []
+        self._last: tuple[Array, Array] | None = None
+        # Changes from each correction to the next: of x and the correction together, and of what is measured.
+        self._moved: list[Array] = []
+        self._changed: list[Array] = []
 
     def step(self, x: Array, correction: Array) -> Array:
         """What to add to x, where the plain iteration adds the correction; both arrays are kept."""
         step = correction
-        if self._past:
-            moved = np.stack([x - old for old, _ in self._past], axis=1)
-            changed = np.stack([correction - old for _, old in self._past], axis=1)
-            rows = np.column_stack([changed[self._measured], correction[self._measured]])
+        if self._last is not None:
+            change = correction - self._last[1]
+            moved = x - self._last[0]
+            moved += change
+            self._moved = [*self._moved, moved][-self._memory :]
+            self._changed = [*self._changed, change[self._measured]][-self._memory :]
+            rows = np.stack([*self._changed, correction[self._measured]]).T
             triangle = np.linalg.qr(rows, mode="r")
             if self._comm.size > 1:  # of all processes together
                 triangle = np.linalg.qr(np.vstack(self._comm.allgather(triangle)), mode="r")
             weights = np.linalg.lstsq(triangle[:, :-1], triangle[:, -1], rcond=1e-10)[0]
-            step = correction - (moved + changed) @ weights
+            step = correction.copy()
+            for weight, past in zip(weights, self._moved, strict=True):
+                step -= weight * past
         if self._memory:
-            self._past = [*self._past, (x, correction)][-self._memory :]
+            self._last = x, correction
         return step
