@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from typing import Any
 
 from myostrain.coupling import Electromechanics
+from myostrain.electrics.given_potential import GivenPotential
 from myostrain.engine import MPI, lasting
 from myostrain.errors import ComputationError
 from myostrain.solvers.linear import place_of_largest
@@ -24,6 +25,9 @@ REMEDIES = (
     ("4 steps, fresh factorizations", 4, True, False),
     ("16 steps, direct solvers with pivoting", 16, True, True),
 )
+
+#: The only one where time has no part in it: smaller steps are the smaller loads that mechanics has tried.
+STATIC_REMEDIES = (("direct solvers with pivoting", 1, True, True),)
 
 
 class Recovery:
@@ -88,7 +92,7 @@ class Recovery:
             first = error
         else:
             return
-        for remedy in REMEDIES:
+        for remedy in STATIC_REMEDIES if self._static() else REMEDIES:
             self.model.restore(good)
             check_finite(self.model)  # nothing can be done if it was not before
             record = {"time": good["time"], "reason": first.reason, "remedy": remedy[0], "helped": False}
@@ -103,6 +107,15 @@ class Recovery:
             return
         self.model.restore(good)
         raise first if first.time is not None else first.at(good["time"])
+
+    def _static(self) -> bool:
+        """Whether the body follows loads and activation at once, and both are given over time."""
+        model = self.model
+        if not isinstance(model.potential, GivenPotential) or model.mechanics is None:
+            return False
+        law = model.activation.law if model.activation is not None else None
+        alone = not getattr(law, "states", ()) and "stretch" not in getattr(law, "drivers", ())
+        return alone and model.mechanics.jumps and not model.mechanics.cavities.numbers.size
 
     def _carefully(self, good: State, end: float, steps: int, pieces: int, fresh: bool, direct: bool) -> None:
         """Take all steps from the good state in pieces, with mechanics in each."""
