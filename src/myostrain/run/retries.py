@@ -110,12 +110,13 @@ class Recovery:
 
     def _static(self) -> bool:
         """Whether the body follows loads and activation at once, and both are given over time."""
-        model = self.model
-        if not isinstance(model.potential, GivenPotential) or model.mechanics is None:
+        potential: Any = self.model.potential
+        mechanics, activation = self.model.mechanics, self.model.activation
+        if not isinstance(potential, GivenPotential) or mechanics is None or activation is None:
             return False
-        law = model.activation.law if model.activation is not None else None
-        alone = not getattr(law, "states", ()) and "stretch" not in getattr(law, "drivers", ())
-        return alone and model.mechanics.jumps and not model.mechanics.cavities.numbers.size
+        law = activation.law
+        alone = not getattr(law, "states", ()) and "stretch" not in law.drivers
+        return alone and mechanics.jumps and not mechanics.cavities.numbers.size
 
     def _carefully(self, good: State, end: float, steps: int, pieces: int, fresh: bool, direct: bool) -> None:
         """Take all steps from the good state in pieces, with mechanics in each."""
