@@ -1,5 +1,7 @@
 """The solvers of solids: kept factors with acceleration, the block preconditioner of large ones."""
 
+import itertools
+
 import myostrain as ms
 from myostrain.engine import MPI
 from myostrain.kinematics import Solid
@@ -181,7 +183,7 @@ def test_rigid_motions():
 
 
 def test_iterations_hardly_depend_on_the_mesh():
-    """Issue 5: a Schur complement with multigrid; iterations of one correction on three meshes."""
+    """Issue 16: iterations of one correction to 1e-3 grow by less than a third a refinement, and are few."""
     counts = []
     for spacing in (1.0, 0.5, 0.25):
         mechanics = slab(spacing=spacing, options={**BLOCK, "ksp_rtol": 1e-3})
@@ -190,4 +192,7 @@ def test_iterations_hardly_depend_on_the_mesh():
         mechanics.solver._assemble()
         mechanics.solver._correction()
         counts.append(mechanics.solver.ksp.getIterationNumber())
-    assert counts[2] < 1.5 * counts[0] + 5, counts
+    # Measured 10, 8, 8.
+    for coarse, fine in itertools.pairwise(counts):
+        assert fine <= coarse * 4 / 3, counts
+    assert counts[2] <= 12, counts  # 35 to 45 by algebraic multigrid of the quadratic displacements
