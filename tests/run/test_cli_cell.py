@@ -109,6 +109,9 @@ dv_dt = -g*(v + 80)*0.01 + i_pulse
     assert done.status == 0, done.err
     found = json.loads((tmp_path / "b" / "results.json").read_text())
     assert found["parameters"]["stimulus"] == ["i_pulse"]
+    with mock.patch("myostrain.single_cell.record.new_figure", side_effect=AssertionError) as drawn:
+        command_line(*command, "--set", 'stimulus=["i_pulse"]', "--out", tmp_path / "c")
+    assert drawn.call_args.args[2] == "named, beat 1"  # the file's name, not FileMembrane
     assert found["peak"] == pytest.approx(-80 + 40 * (1 - np.exp(-0.01)) / 0.01, abs=0.5)
 
 

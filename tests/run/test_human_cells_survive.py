@@ -10,7 +10,7 @@ from myostrain.output.snapshots import Snapshots
 
 import pytest
 
-from small_cases import changed, command_line, write_case
+from small_cases import COMMAND, changed, command_line, write_case
 
 #: A rigid line, in the middle of a long stimulus for most of its time; a layer of its own.
 CASE = {
@@ -38,17 +38,25 @@ run_case(Case.from_file(sys.argv[1]), sys.argv[2], figures=False, progress=lambd
 """
 
 
-def test_killed_in_a_stimulus(tmp_path):
+@pytest.mark.parametrize("processes", [1, 2])
+def test_killed_in_a_stimulus(tmp_path, request, processes):
     """SIGKILL at t = 2.35, between two edges of the stimulus; what goes on has the bits of the whole run."""
     file = write_case(tmp_path / "case.toml", CASE)
-    killed = [sys.executable, "-c", KILLED, str(file), str(tmp_path / "cut")]
-    assert subprocess.run(killed, check=False, timeout=200).returncode == -signal.SIGKILL
+    start = [request.getfixturevalue("mpiexec"), "-n", "2"] if processes == 2 else []
+    killed = [*start, sys.executable, "-c", KILLED, str(file), str(tmp_path / "cut")]
+    status = subprocess.run(killed, check=False, timeout=200, capture_output=True).returncode
+    assert status == -signal.SIGKILL if processes == 1 else status != 0
     kept = sorted((tmp_path / "cut" / "checkpoint").glob("*.ckpt"))
     assert kept[-1].name == "step-000000040.ckpt"
     assert not (tmp_path / "cut" / "results.json").exists()
-    resumed = command_line("run", "--resume", "--out", tmp_path / "cut")
-    assert resumed.status == 0, resumed.err
-    run_case(Case.from_file(file), tmp_path / "whole", figures=False)
+    run = [*start, *COMMAND, "run", "--quiet"]
+    if processes == 1:
+        resumed = command_line("run", "--resume", "--out", tmp_path / "cut")
+        assert resumed.status == 0, resumed.err
+        run_case(Case.from_file(file), tmp_path / "whole", figures=False)
+    else:
+        subprocess.run([*run, "--resume", "--out", str(tmp_path / "cut")], check=True, timeout=200)
+        subprocess.run([*run, str(file), "--out", str(tmp_path / "whole")], check=True, timeout=200)
     found = []
     for name in ("cut", "whole"):
         results = json.loads((tmp_path / name / "results.json").read_text())

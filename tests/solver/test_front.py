@@ -103,7 +103,7 @@ def load(potential, v, current, slope, J):
     potential.start()
     front, weights = potential.past.front, np.array([1.0, -1.0])
     nodal, values = J * np.array([current, slope]), potential.past.values
-    found = front.solve(v, nodal, J, {}, values, (1.0, 0.0), weights)
+    found = front.solve(v, np.zeros_like(v), nodal, J, {}, values, (1.0, 0.0), weights)
     return found, front.cells
 
 

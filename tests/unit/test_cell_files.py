@@ -207,10 +207,40 @@ def test_units(made, tmp_path):
     assert made(SMALL, range=(-1.0, 3.0)).threshold == 1.0
     with pytest.raises(InputError, match=r"cell.time_unit: the file says ms, not s"):
         made(ODE, time_unit="s")
+    minutes = CELLML.replace(' prefix="milli"/>', ' multiplier="60"/>')
+    with pytest.raises(InputError, match=r"time_unit is '.*'; a membrane counts time in \"ms\", in \"s\""):
+        ms.membranes.check_membrane(made(minutes, "minutes.cellml"))
     with pytest.raises(InputError, match=r"cell.range: the potential starts at -1.2.*give range"):
         made(SMALL.replace("v=0.0", "v=-1.2"))
     with pytest.raises(InputError, match=r"units.time: FileMembrane counts the time in ms, not s"):
         Case.from_file(case_of(tmp_path, ODE, "cell.ode", units={"time": "s"}))
+
+
+STRANGE = """
+parameters("Was für ein Kanal?", lambda = 0.5, if_ = ScalarParam(2.0, unit="mS/uF", description="a, (b) = c"))
+parameters(class = 3.0, E = 1.0, J = 0.0, np = 4.0, step = 1.0, order = 0.25, N1_2_ = 1.5, exp_ = 2.0)
+states("x", u = 0.125, _m = 0.5, None = 0.25, import = 0.5, I = 0.1)
+expressions("x")
+def = lambda*u*(1 - u)*(u - order) # a comment = with ( brackets
+print = def - import*exp_*np*0.05
+du_dt = print - E*J + 0*N1_2_
+d_m_dt = step*(u - _m)/if_
+dNone_dt = class*(u - None)
+dimport_dt = 0.01*(u - import*lambda)
+dI_dt = -I*pi*0.01
+"""
+
+
+def test_strange_names(made):
+    """Words of Python, of C, of SymPy, and of this program are names like others; so are constants."""
+    cell = made(STRANGE, "strange.ode", potential="u")
+    assert cell.states == ("_m", "None", "import", "I")
+    v, states = np.array([0.3, 0.6]), np.array([[0.5, 0.4], [0.2, 0.3], [0.5, 0.7], [0.1, 0.2]])
+    rates = (v - states[0]) / 2, 3 * (v - states[1]), 0.01 * (v - states[2] / 2), -0.01 * np.pi * states[3]
+    assert close(-cell.current(v, states), 0.5 * v * (1 - v) * (v - 0.25) - 0.4 * states[2])
+    assert close(np.array(cell.rates(v, states)), np.array(rates))
+    step = Step(length=0.01, weight=100.0, history=-100 * states, before=states, potential=v)
+    assert Reaction(cell).solve(v, states, step)[3] == -1
 
 
 def test_the_integrator_of_files():

@@ -126,7 +126,8 @@ def cell(
             step=step,
             progress=lambda end: display.start(name, beats, end),
         )
-    results = write_cell(paced, folder, type(membrane).__name__, plain(membrane), force=force)
+    kind = type(membrane).__name__
+    results = write_cell(paced, folder, kind, plain(membrane), force=force, title=name)
     screen.print(f"{name}, beat {beats} of {beats}, a stimulus every {paced.cycle:g}")
     for key in (*paced.last, "alternans"):
         if results[key] is not None:
@@ -195,7 +196,8 @@ def cable(
             mass=mass,  # type: ignore[arg-type]
             progress=lambda what, nodes, end: display.start(f"{name}, {what}", nodes, end, "X"),
         )
-    results = write_cable(found, folder, type(membrane).__name__, plain(membrane), force=force)
+    kind = type(membrane).__name__
+    results = write_cable(found, folder, kind, plain(membrane), force=force, title=name)
     units = results["units"]
 
     def line(key: str, value: float, of: str) -> None:

@@ -72,7 +72,13 @@ def results_of(found: Conducted, model: str, parameters: Mapping[str, Any]) -> d
 
 
 def write_cable(
-    found: Conducted, out: Path, model: str, parameters: Mapping[str, Any], *, force: bool = False
+    found: Conducted,
+    out: Path,
+    model: str,
+    parameters: Mapping[str, Any],
+    *,
+    force: bool = False,
+    title: str | None = None,
 ) -> dict[str, Any]:
     """Write a result folder.
 
@@ -82,6 +88,7 @@ def write_cable(
         model: Name of the membrane.
         parameters: Its parameters, all resolved.
         force: Whether results of an earlier run in it may be removed.
+        title: What the picture calls it; the name unless given.
 
     Returns:
         What ``results.json`` holds.
@@ -91,7 +98,7 @@ def write_cable(
     """
     results = results_of(found, model, parameters)
     with results_folder(out, "cable", force=force, comm=MPI.COMM_SELF) as picture:
-        draw_cable(found, model, picture)
+        draw_cable(found, title or model, picture)
         write_json(out / "results.json", results)
     return results
 

@@ -39,6 +39,7 @@ class Diffusion:
 
     Attributes:
         matrix: The matrix.
+        conductivity: J F⁻¹ D F⁻ᵀ, a UFL expression.
         isochoric: Whether J = 1 by construction.
         symmetric: Whether the matrix is; the averaged mass on a body whose volume changes is not.
         weight: Lumped mass at the nodes (nodes,): what a node stands for of the reference body.
@@ -81,8 +82,8 @@ class Diffusion:
         lumped = ufl.Measure(
             "dx", domain=mesh, metadata={"quadrature_rule": "vertex", "quadrature_degree": 1}
         )
-        conductivity = pulled_back_conductivity(deformation, body.f0, *diffusivity, mesh)
-        self._stiffness = compile_form(ufl.inner(conductivity * ufl.grad(trial), ufl.grad(test)) * dx)
+        self.conductivity = pulled_back_conductivity(deformation, body.f0, *diffusivity, mesh)
+        self._stiffness = compile_form(ufl.inner(self.conductivity * ufl.grad(trial), ufl.grad(test)) * dx)
         self.matrix = fem_petsc.create_matrix(self._stiffness)
         self._mass = _averaged_mass(trial, test, mesh, lumped) if mass == "averaged" else None
         # That of the deformed body, made once: on several processes PETSc frees nothing that Python drops.
@@ -166,6 +167,21 @@ class Diffusion:
         self._work.x.array[:] = rate
         self._mass.mult(self._work.x.petsc_vec, self._product.x.petsc_vec)
         return self._product.x.array
+
+    def rate(self, weight: float, v: Array) -> Array:
+        """What diffusion adds to the rate of J v, −K v over the lumped mass (nodes,).
+
+        Args:
+            weight: Weight of the new value in the backward difference, as the matrix will have it.
+            v: The potential (nodes,).
+        """
+        self.put(weight, np.zeros_like(v))
+        rate = self.load(weight * self.ratio * v).copy()
+        self._work.x.array[:] = v
+        self.matrix.mult(self._work.x.petsc_vec, self._product.x.petsc_vec)
+        self._product.x.array[:] = (rate - self._product.x.array) / self.weight
+        self._product.x.scatter_forward()
+        return self._product.x.array.copy()
 
     # What a kept preconditioner was made of, to make it again.
 

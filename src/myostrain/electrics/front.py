@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 from myostrain.electrics.diffusion import Mass
+from myostrain.electrics.following import FollowingMass
 from myostrain.engine import fem
 from myostrain.membranes import Step
 from myostrain.membranes.reaction import Reaction
@@ -40,7 +41,8 @@ class Front:
     hyperbolic sine, which is linear about 0 and has a sign). The states are those of the points themselves,
     as in S. Krishnamoorthi, M. Sarkar and W. S. Klug, Int. J. Numer. Methods Biomed. Eng. 29 (2013)
     1243–1266, doi 10.1002/cnm.2573. They begin interpolated from the nodes; behind the front they are given
-    up.
+    up. With the averaged mass these cells have the mass that follows the front
+    (:class:`~myostrain.electrics.following.FollowingMass`).
 
     Each cell has as many points as corners, those of the quadrature that is exact for quadratic functions.
 
@@ -50,13 +52,20 @@ class Front:
         rest: The potential at rest, a number or nodal (nodes,).
         span: What the potential may vary by, the length of its range.
         mass: The mass with which the nodal current acts.
+        conductivity: D on the reference mesh, a UFL expression.
 
     Attributes:
         cells: The cells that have points, in rising order.
     """
 
     def __init__(
-        self, space: fem.FunctionSpace, reaction: Reaction, rest: float | Array, span: float, mass: Mass
+        self,
+        space: fem.FunctionSpace,
+        reaction: Reaction,
+        rest: float | Array,
+        span: float,
+        mass: Mass,
+        conductivity: Any,
     ) -> None:
         mesh = space.mesh
         own = mesh.topology.index_map(mesh.topology.dim).size_local
@@ -76,6 +85,8 @@ class Front:
             consistent = (np.ones((corners, corners)) + np.eye(corners)) / (corners * (corners + 1))
             whole = (whole + consistent) / 2
         self._mass: Array = whole  # of a cell of unit volume
+        follows = mass == "averaged" and corners > 2  # on a line they are the same
+        self._following = FollowingMass(space, conductivity, span) if follows else None
         self._work = fem.Function(space)
         self.clear()
 
@@ -103,6 +114,7 @@ class Front:
     def solve(
         self,
         guess: Array,
+        rate: Array,
         nodal: Array,
         ratio: Array,
         varying: Mapping[str, Array],
@@ -114,6 +126,7 @@ class Front:
 
         Args:
             guess: Potential at the end of the step (nodes,).
+            rate: What diffusion adds there to the rate of J v (nodes,).
             nodal: Current at the nodes and its derivative in v, times J (2, nodes).
             ratio: J at the nodes (nodes,).
             varying: Parameters of the membrane that vary over the nodes (nodes,), by name.
@@ -146,6 +159,8 @@ class Front:
             J = ratio[nodes] @ self._shares.T
             inside = [(J * values.reshape(shape)) @ self._shares / points for values in currents]
             outside = nodal[0, nodes] @ self._mass, nodal[1, nodes] / points
+            if self._following is not None:  # the mass multiplies rate and current, which add up to that
+                inside[0] += self._following.difference(self.cells, guess[nodes], rate[nodes])
             corrections += [
                 np.bincount(nodes.reshape(-1), (volume * (a - b)).reshape(-1), len(guess))
                 for a, b in zip(inside, outside, strict=True)

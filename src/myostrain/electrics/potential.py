@@ -49,7 +49,9 @@ class Potential:
 
     With the lumped mass a front is too slow, with the consistent one too fast, both by O(h²) with nearly the
     same constant; their mean, applied to the time derivative and the reaction alike, cancels it (on a rigid
-    uniform line it is Numerov's scheme, of fourth order).
+    uniform line it is Numerov's scheme, of fourth order). In a plane or a solid it does so along the edges
+    of boxes, not between them; "interpolated" cells have a mass that follows the front
+    (:class:`~myostrain.electrics.following.FollowingMass`).
 
     It begins at the membrane's rest, with ``initial`` written over it. A script may change ``v`` and
     ``states`` before a run; what it leaves alone begins the next run as it began the last one.
@@ -159,7 +161,8 @@ class Potential:
             check_amounts(membrane, self._reaction.integrator, self.past.multistep, reaction)
         if reaction == "interpolated":
             points = Reaction(membrane, integrator, self.varying, lasting(body.comm))
-            self.past.front = Front(space, points, self.local_rest, self.range[1] - self.range[0], mass)
+            span, conductivity = self.range[1] - self.range[0], self._diffusion.conductivity
+            self.past.front = Front(space, points, self.local_rest, span, mass, conductivity)
         defaults, keep = solver_options(
             self._diffusion.symmetric, body.comm.size, global_dofs(space), body.dim, options or {}
         )
@@ -302,7 +305,8 @@ class Potential:
         if (front := self.past.front) is not None:
             nodal, varying = self.ratio * np.array([current, slope]), self._reaction.varying
             times = end, self.past.times[0]
-            between = front.solve(guess, nodal, self.ratio, varying, self.past.values, times, weights)
+            rate = self._diffusion.rate(self._weight, guess)
+            between = front.solve(guess, rate, nodal, self.ratio, varying, self.past.values, times, weights)
         current, slope = self._stretch.added(guess, current, slope)
         if (applied := self._applied.rate([end, *self.past.times], weights)) is not None:
             current = current - applied

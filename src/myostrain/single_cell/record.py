@@ -55,7 +55,13 @@ def results_of(paced: Paced, model: str, parameters: Mapping[str, Any]) -> dict[
 
 
 def write_cell(
-    paced: Paced, out: Path, model: str, parameters: Mapping[str, Any], *, force: bool = False
+    paced: Paced,
+    out: Path,
+    model: str,
+    parameters: Mapping[str, Any],
+    *,
+    force: bool = False,
+    title: str | None = None,
 ) -> dict[str, Any]:
     """Write a result folder.
 
@@ -65,6 +71,7 @@ def write_cell(
         model: Name of the model.
         parameters: Its parameters, all resolved.
         force: Whether results of an earlier run in it may be removed.
+        title: What the picture calls it; the name unless given.
 
     Returns:
         What ``results.json`` holds.
@@ -79,7 +86,7 @@ def write_cell(
     rows = [",".join(f"{x:.9g}" for x in row) for row in np.column_stack(list(columns.values())).tolist()]
     with results_folder(out, "cell", force=force, comm=MPI.COMM_SELF) as picture:
         write_atomically(out / "trace.csv", "\n".join([",".join(columns), *rows]) + "\n")
-        draw_cell(paced, model, picture)
+        draw_cell(paced, title or model, picture)
         write_json(out / "results.json", found)
     return found
 
