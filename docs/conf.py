@@ -20,6 +20,7 @@ extensions = [
     "myst_nb",  # pages of MyST and notebooks
     "mathml",
     "docstrings",
+    "search_texts",
 ]
 myst_enable_extensions = ["dollarmath", "deflist", "attrs_inline", "colon_fence"]
 myst_heading_anchors = 3

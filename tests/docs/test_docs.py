@@ -4,6 +4,7 @@ import contextlib
 import dataclasses
 import importlib.util
 import io
+import json
 import re
 import subprocess
 import sys
@@ -254,3 +255,14 @@ def test_lines_of_code_fit(page):
     """No line is cut off at 1280 pixels, where a block holds 110 characters (``_static/formulas.css``)."""
     for block in re.findall(r"^```(?!text)\w+\n(.*?)^```$", text(page), re.S | re.M):
         assert [line for line in block.splitlines() if len(line) > 110] == []
+
+
+def test_the_search_has_excerpts_without_a_server(site):
+    """Its page loads the text of every page, as a browser fetches none of a site that is opened as files."""
+    folder, _ = site
+    assert "search_texts.js" in (folder / "search.html").read_text(encoding="utf-8")
+    script = (folder / "_static" / "search_texts.js").read_text(encoding="utf-8")
+    texts = json.loads(script.split("const TEXTS = ", 1)[1].split(";\nconst fetched", 1)[0])
+    assert set(texts) >= {name.replace(".md", ".html") for name in PAGES}
+    assert "checkpoint" in texts["howto/resume.html"]
+    assert all('role="main"' in texts[name.replace(".md", ".html")] for name in PAGES)
