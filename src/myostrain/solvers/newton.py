@@ -278,8 +278,8 @@ class ChordNewton:
         except PETSc.Error:  # a factorization met NaN, perhaps on one process alone
             return largest(np.array([math.nan]), self._comm)
         self.counters.linear += iterations
-        if why < 0 and why != PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT:  # that is still a direction to try
-            return math.nan
+        if why < 0 and not (self._blocks and why == PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT):
+            return math.nan  # but of blocks it is still a direction to try
         return largest(self._dx.x.array[self._measured], self._comm)
 
     def _trusted(self, size: float) -> bool:
