@@ -7,6 +7,7 @@ from myostrain.output.figures.data import Recording
 from myostrain.output.figures.draw import draw
 from myostrain.output.figures.line import leading_edge, resampled, sorted_line, telling_frames
 from myostrain.output.figures.maps import band_levels
+from myostrain.output.figures.measures import forces
 from myostrain.output.figures.sheet import boundary_edges, film_frames
 from myostrain.output.figures.style import plain, potential_range, symmetric_range
 from myostrain.output.frames import Frames
@@ -420,3 +421,17 @@ def test_probes_show_what_moves_and_what_contracts(tmp_path):
         (path,) = draw(tmp_path, Choice(dpi=50, fields=["probes"]))
         heights.append(len(pixels(path)))
     assert np.diff(heights) == pytest.approx([100, 100], abs=2)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e6])
+def test_forces_that_vanish_are_not_drawn(tmp_path, unit):
+    """Whatever the unit: a sum of springs all round vanishes beside the stress, or beside another force."""
+    points, cells = sheet(tmp_path / "sheet")
+    stress = unit * np.tile(points[:, 0] / 60, (2, 1))
+    write_snapshots(tmp_path / "run", points, cells, [0.0, 1.0], potential=0 * stress, stress_trace=stress)
+    write_snapshots(tmp_path / "plain", points, cells, [0.0, 1.0], potential=0 * stress)
+    sums = {"reaction_boundary_x": unit * np.array([0.0, -2e-7]), "volume_ratio": np.ones(2)}
+    both = sums | {"reaction_left_x": unit * np.array([0.0, 0.1])}
+    assert forces(Recording(tmp_path / "run"), sums) == []
+    assert forces(Recording(tmp_path / "run"), both) == ["reaction_left_x"]
+    assert forces(Recording(tmp_path / "plain"), both) == ["reaction_left_x"]

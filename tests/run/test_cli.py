@@ -180,6 +180,8 @@ def test_help_is_no_error():
     done = command_line("--help")
     assert (done.status, done.err) == (0, "")
     assert {"list", "show", "run", "plot"} <= set(done.out.split())
+    assert done.out.index("  show ") < done.out.index("  run ") < done.out.index("  sweep ")
+    assert "..." not in done.out.partition("Commands:")[2]  # each line is whole
     done = command_line("run", "--help")
     assert done.status == 0
     assert {"--set", "--out", "--quiet", "--force"} <= set(done.out.replace("]", " ").split())

@@ -176,7 +176,10 @@ class Case:
                 section in LISTS and isinstance(given, list) and all(isinstance(g, Mapping) for g in given)
             )
             if not isinstance(given, Mapping) and not listed:
-                raise InputError(f"this is a section, not a value: [{section}]", section)
+                raise InputError(
+                    f"this is a section, [{section}], not a value; change one of its keys, {section}.KEY",
+                    section,
+                )
         check_drive(data)
         for key in TEXTS:
             if not isinstance(data.get(key, ""), str):

@@ -101,7 +101,10 @@ def cell(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Pace a membrane without a body: durations, calcium, a picture, a state for a tissue to start from."""
+    """Pace a membrane without a body.
+
+    It gives durations, calcium, a picture, and a state for a tissue to start from.
+    """
     _load_engine()
     from myostrain.case.parsing import plain
     from myostrain.case.sections import CELLS
@@ -172,7 +175,10 @@ def cable(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure a membrane's conduction velocity on a rigid cable, or find the diffusivity for a given one."""
+    """Measure a membrane's conduction velocity on a cable.
+
+    Or find the diffusivity for a given velocity. The cable is rigid.
+    """
     _load_engine()
     from myostrain.case.parsing import plain
     from myostrain.conduction import cable as measure

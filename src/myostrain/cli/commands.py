@@ -23,11 +23,28 @@ from myostrain.run.progress import ProgressDisplay, errors
 
 import typer
 from rich.console import Console
+from typer.core import TyperGroup
 
 if TYPE_CHECKING:
     from myostrain.case.case import Case
 
+#: Commands in the order in which one comes to need them.
+ORDER = (
+    *("list", "show", "run", "sweep", "compare", "view", "plot", "export"),
+    *("cell", "cable", "material", "reproduce", "doctor"),
+)
+
+
+class _Ordered(TyperGroup):
+    """The help lists the commands in this order."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return sorted(super().list_commands(ctx), key=ORDER.index)
+
+
 app = typer.Typer(
+    cls=_Ordered,
+    epilog="`myostrain COMMAND --help` explains one of them.",
     help="Cardiac electromechanics by active strain.",
     no_args_is_help=True,
     add_completion=False,
@@ -59,7 +76,7 @@ def common(
 
 @app.command("list")
 def list_cases() -> None:
-    """List the named cases: what each one shows, its size, how long it takes."""
+    """List the cases that ship, with what each shows and costs."""
     import tomllib
 
     from myostrain import cases
@@ -72,7 +89,7 @@ def list_cases() -> None:
 
 @app.command()
 def show(case: Annotated[str, typer.Argument(metavar="CASE", help="A named case.")]) -> None:
-    """Print a case's file, commented: copy it, edit it, run it."""
+    """Print a case as a commented file: copy it, edit it, run it."""
     from myostrain import cases
 
     typer.echo(cases.path(case).read_text(encoding="utf-8"), nl=False)
@@ -204,7 +221,10 @@ def reproduce(
     ] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Reproduce the paper: its figures, theory and claims beside what is measured, on one HTML page."""
+    """Reproduce the paper, with a verdict on each statement.
+
+    Its figures, theory and claims stand beside what is measured, on one HTML page.
+    """
     _load_engine()
     from myostrain.reproduce import reproduce as make
 
@@ -219,7 +239,10 @@ def reproduce(
 
 @app.command()
 def doctor() -> None:
-    """Print the environment and check that it computes correctly (ten seconds)."""
+    """Check the installation, in ten seconds.
+
+    It prints the environment, and checks that it computes correctly.
+    """
     _load_engine()
     from myostrain.doctor import report
 

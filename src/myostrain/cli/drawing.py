@@ -33,7 +33,7 @@ def plot(
         typer.Option("--style", metavar="NAME|FILE", help="A style of Matplotlib, such as dark_background."),
     ] = "",
 ) -> None:
-    """Draw the pictures of a result folder again, all or chosen ones, for the screen or a paper."""
+    """Draw the pictures of a run again, all or some, for a paper."""
     from myostrain.output.figures.choice import Choice
     from myostrain.output.figures.draw import draw
     from myostrain.output.folder import check_path
@@ -111,7 +111,9 @@ def material(
         ),
     ] = None,
 ) -> None:
-    """Draw a material's curves: uniaxial, equibiaxial and simple shear, along fibre, sheet and normal.
+    """Draw the stress-stretch curves of a passive material.
+
+    They are uniaxial, equibiaxial and in simple shear, along fibre, sheet and normal.
 
     The material is incompressible and passive, as in the section [material] of a case file.
     """
@@ -146,7 +148,10 @@ def view(
         bool, typer.Option("--open/--no-open", help="Whether to open it in the browser.")
     ] = True,
 ) -> None:
-    """Show a run in the browser: time, fields, the deformed body, a cut, fibres, probes; one page."""
+    """Show a run in the browser, on one page.
+
+    The page has a slider of time, the fields, the deformed body, a cut, fibres and probes.
+    """
     import webbrowser
 
     from myostrain.output.viewing import view as write

@@ -48,7 +48,10 @@ def sweep(
     ] = True,
     quiet: Quiet = False,
 ) -> None:
-    """Run a case over values of its keys: one folder per run, a table of all metrics, a picture."""
+    """Run a case over values of its keys.
+
+    There is one folder per run, a table of all metrics, and a picture.
+    """
     _load_engine()
     from myostrain.case.overrides import split
     from myostrain.output.folder import free_name
@@ -90,7 +93,7 @@ def sweep(
 
 @app.command()
 def compare(
-    folders: Annotated[list[Path], typer.Argument(metavar="DIR DIR...", help="Result folders.")],
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR", help="Two or more result folders.")],
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Folder for metrics.csv and pictures.")
     ] = None,
@@ -99,7 +102,10 @@ def compare(
         typer.Option("--html", help="Everything on one page, index.html; in runs/compare without --out."),
     ] = False,
 ) -> None:
-    """Compare runs: metrics with their differences from the first, probes, measures, loops of cavities."""
+    """Compare runs: metrics, probes and measures side by side.
+
+    Metrics have their differences from the first run; loops of cavities are drawn over each other.
+    """
     from myostrain.output.comparing import compare as beside
     from myostrain.output.folder import free_name
 

@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 STRAINS = ("longitudinal", "circumferential", "radial")
 
-#: Forces below this are sums that vanish, such as those of springs all round.
+#: Forces below this share of the largest one, or of the stress times the width, are sums that vanish.
 ROUNDING = 1e-5
 
 #: Letters in a line of a panel's title.
@@ -54,8 +54,7 @@ def draw_measures(recording: Recording, folder: Path) -> list[Path]:
     written = []
     shown = [name for name in table if name == "volume_ratio" or not ELSEWHERE.fullmatch(name)]
     if recording.dim < 3:  # of a solid there is much else
-        forces = [name for name in table if name.startswith("reaction_")]
-        shown += [name for name in forces if np.abs(table[name]).max() > ROUNDING]
+        shown += forces(recording, table)
     if shown:
         written.append(_over_time(recording, {name: table[name] for name in shown}, table["time"], folder))
     if f"{STRAINS[0]}_strain_{COUNT}" in table:
@@ -63,6 +62,16 @@ def draw_measures(recording: Recording, folder: Path) -> list[Path]:
         written.append(_strains(recording, strains, table["time"], folder))
         written.append(_bulls_eyes(recording, strains, table, folder))
     return written
+
+
+def forces(recording: Recording, table: Mapping[str, Array]) -> list[str]:
+    """Columns of forces, without sums that vanish, such as those of springs all round."""
+    largest = {name: np.abs(values).max() for name, values in table.items() if name.startswith("reaction_")}
+    scale = max(largest.values(), default=0.0)
+    if recording.has("stress_trace"):
+        width = np.ptp(recording.points, axis=0).max() ** (recording.dim - 1)
+        scale = max(scale, width * np.abs(recording.history("stress_trace")).max())
+    return [name for name, force in largest.items() if force > ROUNDING * scale]
 
 
 def since_first(table: Mapping[str, Array], kind: str) -> Array:
