@@ -67,13 +67,16 @@ def test_shown_case_runs_as_a_file(tmp_path, monkeypatch):
 
 
 def test_run_prints_the_metrics(line):
-    """Requirements: "the numbers beside the picture"; where they are is said too."""
-    done = command_line("run", line, "--out", "out")
+    """Requirements: "the numbers beside the picture", with units; where they are is said too."""
+    done = command_line("run", line, "--set", 'units={length="mm", time="ms"}', "--out", "out")
     assert (done.status, done.err) == (0, "")
+    units = ms.open(line.parent / "out").metrics.units
+    assert units["celerity"] == "mm/ms"
     results = json.loads((line.parent / "out" / "results.json").read_text())
     for name, value in results["metrics"].items():
         shown = [text.split() for text in done.out.splitlines() if text.split()[:1] == [name]]
-        assert shown == ([] if value is None else [[name, f"{value:.5g}"]])
+        unit = [] if units.get(name, "1") == "1" else units[name].split()
+        assert shown == ([] if value is None else [[name, f"{value:.5g}", *unit]])
     assert "20 steps to t = 0.02 on 20 cells" in done.out
     assert "out/results.json" in done.out
     assert "out/figures" in done.out

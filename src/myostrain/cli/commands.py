@@ -16,34 +16,19 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
-from myostrain.cli.options import CaseName, Force, Out, Quiet
+from myostrain.cli.options import CaseName, Force, Ordered, Out, Quiet
 from myostrain.errors import ComputationError, InputError, Interrupted
 from myostrain.output.clinical import SEGMENT, clinical
 from myostrain.run.progress import ProgressDisplay, errors
 
 import typer
 from rich.console import Console
-from typer.core import TyperGroup
 
 if TYPE_CHECKING:
     from myostrain.case.case import Case
 
-#: Commands in the order in which one comes to need them.
-ORDER = (
-    *("list", "show", "run", "sweep", "compare", "view", "plot", "export"),
-    *("cell", "cable", "material", "reproduce", "doctor"),
-)
-
-
-class _Ordered(TyperGroup):
-    """The help lists the commands in this order."""
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        return sorted(super().list_commands(ctx), key=ORDER.index)
-
-
 app = typer.Typer(
-    cls=_Ordered,
+    cls=Ordered,
     epilog="`myostrain COMMAND --help` explains one of them.",
     help="Cardiac electromechanics by active strain.",
     no_args_is_help=True,
@@ -295,10 +280,14 @@ def _seconds_since_start() -> float:
 
 
 def _report(case: Case, results: dict[str, Any], folder: Path) -> None:
+    from myostrain.output.quantities import attributes
+
     screen.print(f"{case.title}")
     numbers = {k: v for k, v in results["metrics"].items() if v is not None and not SEGMENT.fullmatch(k)}
+    width = max((len(name) for name in numbers), default=0)
     for name, value in numbers.items():
-        screen.print(f"  {name:22} {float(value):.5g}")
+        unit = attributes(name, results.get("units", {}), case.dim).get("units", "1")
+        screen.print(f"  {name:{width}} {float(value):.5g}{'' if unit == '1' else f' {unit}'}")
     if rows := clinical(results["metrics"], results.get("units", {})):
         screen.print("the heart")
         for name, value, unit in rows:
