@@ -188,7 +188,7 @@ def test_force_replaces_an_earlier_run_wholly(tmp_path):
     run_case(Case.from_dict(changed(LINE, {"probes": {}})), out, comm=ALONE, force=True, figures=False)
     left = {path.name for path in out.iterdir()}
     written = {"case.toml", "results.json", "fields.bp", "snapshots", "checkpoint", "run.log", "measures.csv"}
-    assert left == {*written, ".manifest"}
+    assert left == {*written, "references.bib", ".manifest"}
 
 
 def test_folder_that_cannot_be_written(tmp_path):

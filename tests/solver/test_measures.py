@@ -271,7 +271,7 @@ def test_peaks():
     """Peaks docstring, by hand."""
     peaks = Peaks()
     for volume, stretch, ratio, twist in (
-        (100, 1.0, 1.0, 0),
+        (100, 1.0, 1.0, 1),
         (120, 1.1, 0.9, 3),
         (60, 0.8, 1.01, -7),
         (90, 0.9, 1, 2),
@@ -300,6 +300,8 @@ def test_peaks():
             "fibre_stretch_min": 0.7,
             "volume_ratio": 0.9,
             "twist": -7,
+            "twist_begin": 1,
+            "twist_beat": -8,
             "ellipticity_min": 0.8,
         }
     )
