@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 from myostrain import blas
-from myostrain.kernel_cache import cache_folder, claim_cache, cpu_key
+from myostrain.kernel_cache import cache_folder, claim_cache, cpu_key, sure_of_the_compiler
 
 # PETSc would end the process at SIGTERM before a run can write a checkpoint.
 os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
@@ -32,6 +32,7 @@ except ModuleNotFoundError as missing:
 import numpy as np
 import ufl
 from dolfinx import fem
+from ffcx.codegeneration import jit
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -76,6 +77,8 @@ def lasting(comm: Any) -> Any:
 def _jit_options() -> dict[str, Any]:
     folder = cache_folder()
     claim_cache(folder)
+    if hasattr(jit, "get_cached_module"):
+        jit.get_cached_module = sure_of_the_compiler(jit.get_cached_module)
     return {
         "cffi_extra_compile_args": NATIVE_FLAGS,
         "cache_dir": str(folder),

@@ -8,8 +8,11 @@ import hashlib
 import os
 import platform
 import tempfile
-from functools import cache
+import time
+from collections.abc import Callable
+from functools import cache, wraps
 from pathlib import Path
+from typing import Any
 
 from myostrain.errors import InputError
 
@@ -76,9 +79,10 @@ def claim_cache(folder: Path) -> None:
 
 
 def _prune(folder: Path) -> None:
-    """Remove object files, and the kernels that were not used the longest where there are too many."""
-    for left in folder.glob("*.o"):
-        left.unlink(missing_ok=True)
+    """Remove object and lock files, and the kernels that were not used the longest if there are too many."""
+    for kind in ("*.o", "*.c.lock"):
+        for left in folder.glob(kind):
+            left.unlink(missing_ok=True)
     libraries = list(folder.glob("*.so"))
     if len(libraries) <= KEPT * 4 // 3:
         return
@@ -89,3 +93,44 @@ def _prune(folder: Path) -> None:
         for ending in (".c.cached", ".c"):  # the mark first: without it the rest is a killed compilation
             library.with_name(stem + ending).unlink(missing_ok=True)
         library.unlink(missing_ok=True)
+
+
+def sure_of_the_compiler(find: Callable[..., Any]) -> Callable[..., Any]:
+    """FFCx's ``get_cached_module``, sure that a compilation which it waits for goes on.
+
+    Whoever compiles a kernel holds the lock of a file beside its source until it looks for the next one. Where
+    there is a source, no library and no lock, the compiler was killed: the source is removed, and this process
+    compiles. FFCx alone would wait for it until its time is over.
+
+    Args:
+        find: The function, of the kernel's name, the names in it, the folder and the seconds to wait.
+    """
+    held: list[int] = []  # the lock of the kernel that this process compiles
+
+    @wraps(find)
+    def found(module_name: str, object_names: Any, cache_dir: Any, timeout: int) -> Any:
+        while held:
+            os.close(held.pop())
+        source = Path(cache_dir, module_name + ".c")
+        done = source.with_suffix(".c.cached")
+        if not done.exists():
+            with contextlib.suppress(OSError):  # a file system without locks: as FFCx does
+                held.append(
+                    os.open(source.with_suffix(".c.lock"), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+                )
+                if _locked(held[0], done, timeout) and not done.exists():
+                    source.unlink(missing_ok=True)
+        return find(module_name, object_names, cache_dir, timeout)
+
+    return found
+
+
+def _locked(handle: int, done: Path, seconds: float) -> bool:
+    """Wait for a lock, or for a file that says that it is not needed; whether the lock was taken."""
+    end = time.monotonic() + seconds
+    while not done.exists() and time.monotonic() < end:
+        with contextlib.suppress(BlockingIOError):
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        time.sleep(0.1)
+    return False

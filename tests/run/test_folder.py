@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from myostrain import Case, InputError, run_case
-from myostrain.kernel_cache import claim_cache
+from myostrain.kernel_cache import claim_cache, sure_of_the_compiler
 from myostrain.output.folder import free_name, prepare, write_json
 
 import pytest
@@ -242,6 +242,49 @@ def test_what_a_killed_compiler_left_is_removed_when_nobody_compiles(tmp_path):
     subprocess.run([sys.executable, "-c", script, copy], check=True)
     left = {path.name for path in copy.iterdir()}
     assert left == {".in-use", "libffcx_forms_b.c", "libffcx_forms_b.c.cached", "mine.c"}
+
+
+#: Compiles a form in the folder of its argument.
+COMPILES = """
+import os, sys
+os.environ["XDG_CACHE_HOME"] = sys.argv[1]
+import myostrain.engine as engine, ufl
+from dolfinx import mesh
+cells = mesh.create_interval(engine.MPI.COMM_SELF, 1, [0, 1])
+print(engine.fem.assemble_scalar(engine.compile_form(engine.fem.Constant(cells, 7.0) * ufl.dx)))
+"""
+
+
+def test_a_compiler_killed_beside_the_living_is_not_waited_for(tmp_path):
+    """A run that was killed while it compiled, another that lives: the next one does not wait 300 s."""
+
+    def compiled():
+        done = [sys.executable, "-c", COMPILES, tmp_path]
+        return float(subprocess.run(done, check=True, capture_output=True, timeout=60).stdout)
+
+    assert compiled() == 7.0
+    (mark,) = tmp_path.glob("myostrain/kernels-*/libffcx_forms_*.c.cached")
+    with (mark.parent / ".in-use").open("w") as other:
+        fcntl.flock(other, fcntl.LOCK_SH)
+        mark.unlink()
+        assert compiled() == 7.0
+    assert mark.exists()
+
+
+def test_a_compiler_that_lives_is_waited_for(tmp_path):
+    """Its source stays; and if it is killed meanwhile, the one who waits compiles."""
+    source, asked = tmp_path / "kernel.c", []
+    source.touch()
+    find = sure_of_the_compiler(lambda *arguments: asked.append(source.exists()))
+    with (tmp_path / "kernel.c.lock").open("w") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        find("kernel", ["f"], tmp_path, 0.3)
+    find("kernel", ["f"], tmp_path, 60)
+    assert asked == [True, False]
+    source.touch()
+    (tmp_path / "kernel.c.cached").touch()
+    find("kernel", ["f"], tmp_path, 60)
+    assert asked == [True, False, True]
 
 
 def test_kernels_that_nobody_uses_any_more_are_removed(tmp_path, monkeypatch):
