@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from myostrain.engine import fem
 from myostrain.state import FieldState, State
@@ -75,6 +75,28 @@ class History:
     def clear(self) -> None:
         """Forget all values: nothing smooth connects them with what comes."""
         self.times, self.values = [], []
+
+    def predict(
+        self, time: float, size: Callable[[npt.NDArray[np.float64]], float], out: npt.NDArray[np.float64]
+    ) -> None:
+        """Write the value at ``time`` by the polynomial that would have met the newest value best.
+
+        Of n values, orders up to n − 2 can be tried. Where the highest is best, one order more is taken.
+
+        Args:
+            time: The time.
+            size: Norm of a local array, the same on all processes (collective).
+            out: The value.
+        """
+        tried = []
+        for order in range(len(self.times) - 1):
+            weights = extrapolation_weights(self.times[1 : order + 2], self.times[0])
+            missed = self.values[0].copy()
+            for weight, value in zip(weights, self.values[1:], strict=False):
+                missed -= weight * value
+            tried.append(size(missed))
+        best = int(np.argmin(tried)) if tried else 0
+        self.extrapolate(time, best + (best == len(tried) - 1), out)
 
     def extrapolate(self, time: float, order: int, out: npt.NDArray[np.float64]) -> None:
         """Write the value at ``time`` by a polynomial of at most ``order`` through the newest values."""

@@ -98,9 +98,9 @@ def _prune(folder: Path) -> None:
 def sure_of_the_compiler(find: Callable[..., Any]) -> Callable[..., Any]:
     """FFCx's ``get_cached_module``, sure that a compilation which it waits for goes on.
 
-    Whoever compiles a kernel holds the lock of a file beside its source until it looks for the next one. Where
-    there is a source, no library and no lock, the compiler was killed: the source is removed, and this process
-    compiles. FFCx alone would wait for it until its time is over.
+    Whoever compiles a kernel holds the lock of a file beside its source until it looks for the next one.
+    Where there is a source, no library and no lock, the compiler was killed: the source is removed, and this
+    process compiles. FFCx alone would wait for it until its time is over.
 
     Args:
         find: The function, of the kernel's name, the names in it, the folder and the seconds to wait.

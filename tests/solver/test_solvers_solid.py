@@ -111,7 +111,7 @@ def test_one_factorization_serves_a_contraction():
     contract(mechanics, steps=5)
     counters = mechanics.solver.counters
     assert counters.factorizations == 1
-    assert counters.newton < 100
+    assert counters.newton < 60  # measured 51
 
 
 @pytest.mark.parametrize("modulus, single", [(100.0, True), (1e6, False)])

@@ -100,6 +100,41 @@ def test_history_extrapolates_at_most_to_the_order_asked(field, order, expected)
     np.testing.assert_allclose(out, expected, rtol=1e-14)
 
 
+@pytest.mark.parametrize(
+    "course, expected",
+    [
+        (lambda t: 7.0, 7.0),
+        (float, 9.0),
+        (lambda t: t**2, 81.0),
+        (lambda t: t**3, 729.0),
+        (lambda t: t**4, 6561.0),
+        (lambda t: t**5, 9**5 - 2240.0),  # a quartic through 7, 5, 4, 2, 1: less 2 · 4 · 5 · 7 · 8
+        (lambda t: float(t >= 7), 1.0),  # a jump, which no polynomial foretells
+        (lambda t: (-1.0) ** t * t, -7.0),
+    ],
+)
+def test_history_predicts_by_the_order_that_was_best(field, course, expected):
+    """A polynomial of degree 0 to 4 exactly, by values at 1, 2, 4, 5, 7; noise by the last value."""
+    history = History(field, depth=5)
+    for time in (0.0, 1.0, 2.0, 4.0, 5.0, 7.0):
+        field.x.array[:] = course(time)
+        history.push(time)
+    out = np.empty_like(field.x.array)
+    history.predict(9.0, lambda values: np.abs(values).max(), out)
+    np.testing.assert_allclose(out, expected, rtol=1e-13)
+
+
+def test_history_predicts_by_all_values_while_there_are_few(field):
+    """One value stays, two are a line, three a parabola unless the line was worse than no change."""
+    history = History(field, depth=5)
+    for time, expected in ((1.0, 1.0), (2.0, 7.0), (4.0, 25.0)):
+        field.x.array[:] = time**2
+        history.push(time)
+        out = np.empty_like(field.x.array)
+        history.predict(time + 1.0, lambda values: np.abs(values).max(), out)
+        np.testing.assert_allclose(out, expected, rtol=1e-13)
+
+
 def test_history_of_one_value_gives_that_value(field):
     """A first step has no past: whatever the order asked, the one value; without any, nothing is written."""
     history = History(field, depth=3)

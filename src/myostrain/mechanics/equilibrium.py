@@ -109,16 +109,14 @@ class Mechanics(InNotebook):
         check_fit(body, kinematics, material, relaxation_time, viscosity)
         self.body, self.kinematics, self.material = body, kinematics, material
         self.supports, self.loads, self.active = supports, loads, active
-        self.imposed_stretch, self.seconds = imposed_stretch, 0.0
-        viscous = relaxation_time > 0 or viscosity > 0
-        mesh, mixed = body.mesh, kinematics.has_pressure
+        self.imposed_stretch, stretch, self.seconds = imposed_stretch, imposed_stretch, 0.0
+        viscous, mesh, mixed = relaxation_time > 0 or viscosity > 0, body.mesh, kinematics.has_pressure
         self._active = equations = ActiveBody(body, kinematics, material, active, relaxation_time, viscosity)
         self.dx = volume_measure(mesh, kinematics, quadrature_degree)
         space = unknown_space(mesh, kinematics)
         self.u = fem.Function(space, name="displacement")
         self.activation = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="activation")
-        self.history, self._past_activation = History(self.u, depth=3), History(self.activation, depth=2)
-        stretch = imposed_stretch
+        self.history, self._past_activation = History(self.u, depth=5), History(self.activation, depth=2)
         ratio = None if stretch is None else check_stretch(body, kinematics, stretch, supports)
         for_ever = stretch is not None and bool(np.isinf(stretch.until))
         self.handed = HandedOver(equations, self.u, self.activation, ratio, for_ever)
@@ -165,7 +163,7 @@ class Mechanics(InNotebook):
         w = equations.displacement(self.u)
         self.reactions = Reactions(body, self.u, w, held, self.external, self.solver)
         self._orientation = Orientation(body, equations, self.u, self.activation)
-        rate = None if self._rate is None else self._rate.rate
+        rate = self._rate and self._rate.rate
         self.nodal = NodalFields(equations, self.u, self.activation, rate, body.f0, self.dx)
 
     def __repr__(self) -> str:
@@ -225,11 +223,10 @@ class Mechanics(InNotebook):
         """
         self.history.clear()
         self._past_activation.clear()
-        self._imposed = 0.0
+        self._imposed, self._past_loads = 0.0, np.zeros_like(self._past_loads)
         self.solver.forget()  # a second run has the bits of the first one
         former = self.u.x.array.copy()
         self.u.x.array[:] = 0.0
-        self._past_loads = np.zeros_like(self._past_loads)
         self.cavities.begin(time)
         if self.held(time):
             self._impose()
@@ -264,8 +261,8 @@ class Mechanics(InNotebook):
         if self.held(time) if held is None else held:
             self._impose()
             return
-        if predict and self.history.times:
-            self.history.extrapolate(time, 2, self.u.x.array)
+        if predict:
+            self.history.predict(time, self._size, self.u.x.array)
         for rate in self._rates:
             rate.set(time, order, self.history, self._past_activation)
         self.cavities.prepare(time, order)
@@ -388,8 +385,11 @@ class Mechanics(InNotebook):
             order: Order of the extrapolation, as in :meth:`hand_over`.
         """
         self.history.extrapolate(time, order, self._work)
+        return self._size(self.u.x.array - self._work)
+
+    def _size(self, values: npt.NDArray[np.float64]) -> float:
         dofs = slice(0, owned_dofs(self.u.function_space)) if self._measured is None else self._measured
-        return largest((self.u.x.array - self._work)[dofs], self.body.comm)
+        return largest(values[dofs], self.body.comm)
 
     def hand_over_present(self) -> None:
         """Write the present configuration, accepted or not, into ``handed``."""
