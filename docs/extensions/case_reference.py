@@ -18,7 +18,7 @@ from myostrain.case import sections as case
 from myostrain.electrics import given_potential as drive
 from myostrain.electrics import initial_values, place, potential, stimulus, stretch_current, variation
 from myostrain.mechanics import equilibrium as mechanics
-from myostrain.mechanics import imposed_stretch
+from myostrain.mechanics import imposed_stretch, support_factors
 from myostrain.output import tips
 from myostrain.run import simulation
 
@@ -114,6 +114,8 @@ def reference() -> str:
             keys(case.MechanicsSection),
             "### `imposed_stretch = { ... }`",
             keys(imposed_stretch.ImposedStretch, intro=True),
+            "### `support_factor = { PART = { ... } }`",
+            keys(support_factors.SupportProfile, intro=True),
         ],
         "circulation": [
             choice("kind", case.CIRCULATIONS),

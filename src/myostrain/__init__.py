@@ -33,7 +33,15 @@ if TYPE_CHECKING:
     )
     from myostrain.errors import ComputationError, InputError, MyostrainError
     from myostrain.geometry import FunctionFibres, UniformFibres, build
-    from myostrain.mechanics import Cavities, ImposedStretch, Loads, Mechanics, Supports, unloaded
+    from myostrain.mechanics import (
+        Cavities,
+        ImposedStretch,
+        Loads,
+        Mechanics,
+        SupportProfile,
+        Supports,
+        unloaded,
+    )
     from myostrain.output.comparing import Comparison, compare
     from myostrain.output.opening import Results, open  # noqa: A004
     from myostrain.output.tips import Tip
@@ -72,6 +80,7 @@ __all__ = [
     "Staggered",
     "Stimulus",
     "StretchCurrent",
+    "SupportProfile",
     "Supports",
     "Sweep",
     "Tip",
@@ -112,7 +121,15 @@ _MODULES = {
     ),
     "errors": ("ComputationError", "InputError", "MyostrainError"),
     "geometry": ("FunctionFibres", "UniformFibres", "build"),
-    "mechanics": ("Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports", "unloaded"),
+    "mechanics": (
+        "Cavities",
+        "ImposedStretch",
+        "Loads",
+        "Mechanics",
+        "SupportProfile",
+        "Supports",
+        "unloaded",
+    ),
     "output.comparing": ("Comparison", "compare"),
     "output.opening": ("Results", "open"),
     "output.tips": ("Tip",),

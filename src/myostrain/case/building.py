@@ -71,6 +71,7 @@ def _mechanics(case: Any) -> dict[str, Any]:
             damping=case.mechanics.damping or {},
             damping_normal=case.mechanics.damping_normal or {},
             normals=case.mechanics.normals,
+            support_factor=case.mechanics.support_factor or {},
         ),
         loads=Loads(pressure=case.mechanics.pressure or {}, traction=case.mechanics.traction or {}),
         cavities=case.cavities,

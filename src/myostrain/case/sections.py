@@ -16,6 +16,7 @@ from myostrain.electrics.potential import Balance
 from myostrain.errors import InputError
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import PressureCourse, VectorCourse
+from myostrain.mechanics.support_factors import SupportProfile
 from myostrain.mechanics.supports import Normals
 from myostrain.membranes.reaction import default_integrator
 from myostrain.output.nodal_values import FieldName
@@ -170,6 +171,8 @@ class MechanicsSection:
     Args:
         normals: Normals of ``robin_normal`` and ``damping_normal``: "smooth", of the surface that the facets
             stand for, or "facets", their own, which hold a body that slides wherever facets meet.
+        support_factor: Factor on all springs and dampers of a part, by its name, where they vary within it
+            along a direction; linear between the nodes of the mesh.
         ellipticity: "warn": sample the acoustic tensor of a solid at the written frames, and warn once where
             the energy is no longer strongly elliptic; "off": do not.
     """
@@ -180,6 +183,7 @@ class MechanicsSection:
     damping: Mapping[str, NonNegative] | None = None
     damping_normal: Mapping[str, NonNegative] | None = None
     normals: Normals = "smooth"
+    support_factor: Mapping[str, SupportProfile] | None = None
     pressure: Mapping[str, PressureCourse] | None = None
     traction: Mapping[str, VectorCourse] | None = None
     displacement: Mapping[str, Mapping[Literal["x", "y", "z"], Course]] | None = None
@@ -234,8 +238,8 @@ class OutputSection:
         repolarization: Percentages of repolarisation at which the end of each beat is taken at every node and
             probe: a number such as 90, for APD90, or several.
         tip: Definition of the tip of a spiral wave on a sheet; its trajectory is written into `tip.csv`.
-        septum: Direction from the long axis of a left ventricle to the middle of its septum: strains, stretch
-            and stress are then measured in its 17 segments.
+        septum: Direction from the long axis of a left ventricle, alone or one of two, to the middle of its
+            septum: strains, stretch and stress are then measured in its 17 segments.
         rigid_twin: Whether the same case is run on the rigid body too, for comparison.
         checkpoint_every: Simulated time between checkpoints; none by simulated time unless given.
         checkpoint_seconds: Seconds of wall clock between checkpoints.

@@ -5,7 +5,17 @@ from myostrain.mechanics.cavities import Cavities
 from myostrain.mechanics.equilibrium import Mechanics
 from myostrain.mechanics.imposed_stretch import ImposedStretch
 from myostrain.mechanics.loads import Loads
+from myostrain.mechanics.support_factors import SupportProfile
 from myostrain.mechanics.supports import Supports
 from myostrain.mechanics.unloading import unloaded
 
-__all__ = ["Bestel2001Pressure", "Cavities", "ImposedStretch", "Loads", "Mechanics", "Supports", "unloaded"]
+__all__ = [
+    "Bestel2001Pressure",
+    "Cavities",
+    "ImposedStretch",
+    "Loads",
+    "Mechanics",
+    "SupportProfile",
+    "Supports",
+    "unloaded",
+]

@@ -89,8 +89,7 @@ def balance_of(
     """The balance of what acts from outside on a body that supports leave free; None where nothing does."""
     if not external.residual:
         return None
-    stiffness = sum(float(k.value) for k, _, _ in external.springs)
-    negligible = 1e-6 * stiffness * motions.size ** len(motions.middle)
+    negligible = 1e-6 * external.stiffness * motions.size ** len(motions.middle)
     return Balance(u.function_space, u, external.residual, motions, mixed, negligible)
 
 

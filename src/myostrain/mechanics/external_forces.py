@@ -14,6 +14,7 @@ from myostrain.mechanics.edge import thickness_factor
 from myostrain.mechanics.loads import Loads, vector_at
 from myostrain.mechanics.motion import Drift
 from myostrain.mechanics.normals import smooth_normal
+from myostrain.mechanics.support_factors import factor_on
 from myostrain.mechanics.supports import AXES, Hold, Supports
 
 import numpy as np
@@ -47,8 +48,9 @@ class ExternalForces:
         symmetric: Whether its derivative is symmetric.
         pressures: The pressures that act, by part.
         unit_pressures: What a pressure of one adds to the residual, by part.
-        springs: Stiffness, the parts (None for all), and the normal that they act along (None for all
+        springs: Stiffness, UFL, the parts (None for all), and the normal that they act along (None for all
             components), of elastic supports.
+        stiffness: The sum of their stiffness, the largest in each part, at the beginning.
 
     Raises:
         InputError: An unknown part, or a vector of another dimension.
@@ -75,27 +77,37 @@ class ExternalForces:
         self.residual: Any = 0
         if supports.robin_boundary is not None:
             body.boundary_facets(supports.robin_boundary, "mechanics.robin_boundary")
-        self.springs: list[tuple[fem.Constant, Sequence[str] | None, Any]] = []
+        self.springs: list[tuple[Any, Sequence[str] | None, Any]] = []
+        self.stiffness = 0.0
+        factors = {part: factor_on(body, part, f) for part, f in supports.support_factor.items()}
         #: What changes over time by its key: a constant of a form or condition, and its value at a time.
         self._courses: dict[str, tuple[fem.Constant, Callable[[float], Any]]] = {}
         self._timed_springs: list[fem.Constant] = []
         for parts, stiffness, along, key in supports.springs():
-            ds = body.boundary_measure(parts, 2 * degree, key)
+            factor = factors.get(parts[0]) if parts and len(parts) == 1 else None
+            ds = body.boundary_measure(parts, 2 * degree + (factor is not None), key)
             if stiffness == 0:
                 continue
-            k = fem.Constant(mesh, value_at(stiffness, 0.0))
+            k: Any = fem.Constant(mesh, value_at(stiffness, 0.0))
             if isinstance(stiffness, FunctionOfTime):
                 self._courses[key.removeprefix("mechanics.")] = k, stiffness.at
                 self._timed_springs.append(k)
+            self.stiffness += float(k.value)
+            if factor is not None:
+                k = k * factor
             outward = along_normal(body, parts) if along else None
             square = ufl.inner(w, w) if outward is None else ufl.dot(w, outward) ** 2
             self.residual += ufl.derivative(k / 2 * square * ds, u)
             self.springs.append((k, parts, outward))
         #: Coefficient, the velocity that it resists, and parts of dampers.
-        self.dampers: list[tuple[fem.Constant, Any, Sequence[str]]] = []
+        self.dampers: list[tuple[Any, Any, Sequence[str]]] = []
         for part, coefficient, along, key in supports.dampers():
             assert motion is not None
-            ds, c = body.boundary_measure([part], 2 * degree, key), fem.Constant(mesh, float(coefficient))
+            factor = factors.get(part)
+            ds = body.boundary_measure([part], 2 * degree + (factor is not None), key)
+            c: Any = fem.Constant(mesh, float(coefficient))
+            if factor is not None:
+                c = c * factor
             outward = along_normal(body, [part]) if along else normal
             v = ufl.dot(motion.velocity, outward) * outward if along else motion.velocity
             self.residual += c * ufl.inner(v, test) * ds

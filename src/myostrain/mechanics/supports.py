@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from myostrain.course import Course, FunctionOfTime
 from myostrain.engine import fem
@@ -13,6 +13,7 @@ from myostrain.geometry import Body
 from myostrain.geometry.body import range_of
 from myostrain.mechanics.functions import check_with_functions
 from myostrain.mechanics.rigid_motions import surface
+from myostrain.mechanics.support_factors import SupportProfile, checked_factors
 from myostrain.validation import NonNegative
 
 import numpy as np
@@ -48,9 +49,12 @@ class Supports:
         damping_normal: Coefficient of dampers P N = −c (v·N) N, by named part.
         normals: N of the supports along it: "smooth", of the surface that the facets stand for, or "facets",
             the facets' own, which hold a body that slides on a curved part wherever facets meet.
+        support_factor: Factor on all springs and dampers of a part, by its name, where they vary within it: a
+            :class:`SupportProfile`, or in a script a function that takes points X (n, dim) at rest and gives
+            factors (n,), zero or more. It is linear between the nodes of the mesh.
 
     Raises:
-        InputError: A value does not fit its type.
+        InputError: A value does not fit its type, or a factor is on a part without springs and dampers.
     """
 
     fixed: tuple[str, ...] = ()
@@ -62,10 +66,16 @@ class Supports:
     damping: Mapping[str, NonNegative] = field(default_factory=dict)
     damping_normal: Mapping[str, NonNegative] = field(default_factory=dict)
     normals: Normals = "smooth"
+    support_factor: Mapping[str, SupportProfile | Callable[[Any], Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the values."""
+        factors = self.support_factor
+        object.__setattr__(self, "support_factor", {})
         check_with_functions(self, {"displacement": None, "robin": 0.0, "robin_normal": 0.0})
+        own = self.robin if isinstance(self.robin, Mapping) else {}
+        parts = {*own, *self.robin_normal, *self.damping, *self.damping_normal}
+        object.__setattr__(self, "support_factor", checked_factors(factors, parts))
         if self.robin_boundary is not None and isinstance(self.robin, Mapping):
             raise InputError("robin names its parts itself; leave this key out", "mechanics.robin_boundary")
 

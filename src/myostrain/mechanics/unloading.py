@@ -80,8 +80,10 @@ def unloaded(
     }
     supports: Supports = kept.pop("supports", None) or Supports()
     loads: Loads = kept.pop("loads", None) or Loads()
+    springs = {name for names, *_ in supports.springs() for name in names or ()}
+    factors = {part: factor for part, factor in supports.support_factor.items() if part in springs}
     kept |= {
-        "supports": dataclasses.replace(supports, damping={}, damping_normal={}),
+        "supports": dataclasses.replace(supports, damping={}, damping_normal={}, support_factor=factors),
         "loads": dataclasses.replace(loads, pressure={**loads.pressure, **pressures}),
     }
     image, carried = body.mesh.geometry.x.copy(), _Carried(body)

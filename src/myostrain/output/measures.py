@@ -9,6 +9,7 @@ from myostrain.engine import MPI, lasting
 from myostrain.errors import InputError
 from myostrain.mechanics.cavity import Cavity
 from myostrain.mechanics.quadrature import QuadraturePoints
+from myostrain.output.left_ventricle import BASE, LEFT, OUTER, RIGHT, LeftVentricle
 from myostrain.output.segments import Segments
 from myostrain.output.wall import Wall
 
@@ -34,8 +35,8 @@ class Measures:
       see :class:`~myostrain.mechanics.cavity.Cavity`.
 
     Of one with the boundaries "endocardium", "epicardium" and "base" also what
-    :class:`~myostrain.output.wall.Wall` says and, where the septum is known,
-    :class:`~myostrain.output.segments.Segments`.
+    :class:`~myostrain.output.wall.Wall` says. Where the septum of it, or of two ventricles, is known, also
+    what :class:`~myostrain.output.segments.Segments` says.
 
     A sample evaluates these once in a few points a cell: 6 ms for 1,144 cells, 40 ms for 4,673.
 
@@ -72,14 +73,17 @@ class Measures:
             sampled.append(self._wall.transmural_stretch(F))
         self._segments: Segments | None = None
         if septum is not None:
-            if self._wall is None:
+            two = {LEFT, RIGHT, OUTER, BASE} <= set(names)
+            if self._wall is None and not two:
                 raise InputError(
                     "segments are those of a left ventricle with the boundaries endocardium, epicardium and "
-                    f"base; this body has {', '.join(names) or 'none'}",
+                    "base, or endocardium_left and endocardium_right for two ventricles; this body has "
+                    f"{', '.join(names) or 'none'}",
                     "output.septum",
                 )
-            rim = self._cavities["cavity_volume"].rim_at_rest
-            self._segments = Segments(mechanics, F, self._wall, rim, septum)
+            wall = self._wall or LeftVentricle(mechanics)
+            rim = self._cavities["cavity_volume_left" if self._wall is None else "cavity_volume"].rim_at_rest
+            self._segments = Segments(mechanics, F, wall, rim, septum)
         self._points = QuadraturePoints(body.mesh, DEGREE)
         self._values = self._points.values(ufl.as_vector(sampled))
         self.names = ["volume_ratio", "fibre_stretch_mean", "fibre_stretch_min", *self._cavities]
@@ -98,6 +102,7 @@ class Measures:
         if self._wall is not None:
             found += [means[2] - 1, *self._wall.values()]
         if self._segments is not None:
-            found += self._segments.values(found[self.names.index("twist")])
+            twist = found[self.names.index("twist")] if self._wall is not None else 0.0
+            found += self._segments.values(twist)
         # Not −0, which reads as if there was something.
         return {name: float(value) + 0.0 for name, value in zip(self.names, found, strict=True)}

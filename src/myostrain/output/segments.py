@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from myostrain.engine import compile_form, lasting
 from myostrain.errors import InputError
 from myostrain.mechanics.quadrature import QuadraturePoints, integral
+from myostrain.output.left_ventricle import LeftVentricle
 from myostrain.output.segment_names import COUNT, NAMES
 from myostrain.output.wall import Wall
 
@@ -63,6 +64,9 @@ def segment_numbers(X: Array, rim: Array, apex: Array, axis: Array, septum: Sequ
 class Segments:
     """Means over the 17 segments of M. D. Cerqueira et al., Circulation 105 (2002) 539–542.
 
+    Of two ventricles they are those of the left one with the septum, see
+    :class:`~myostrain.output.left_ventricle.LeftVentricle`.
+
     The long axis goes through the mean of the endocardium's rim, along the mean normal of the base. From
     there to the endocardial apex (the lowest node of the endocardium at rest) three equal heights are the
     basal ring (segments 1–6), the middle ring (7–12) and the apical ring (13–16); what is lower is 17. Seen
@@ -79,15 +83,16 @@ class Segments:
     - ``fibre_stretch_N``: |F f0|; ``fibre_stress_N``: f·σf with the Cauchy stress and f along F f0.
 
     ``longitudinal_strain``, ``circumferential_strain``, ``radial_strain`` and ``fibre_stress_mean`` are
-    means over the whole wall. ``torsion``, degrees, is the shear angle twist (ρ_a + ρ_b) / (2 D) of Young and
-    Cowan 2012 (see :class:`~myostrain.output.wall.Wall`), with the mean radii ρ of the epicardium at rest in
-    the two regions whose rotations make the twist, and the distance D of their middles along the axis.
+    means over the whole wall. ``torsion`` of a single ventricle, degrees, is the shear angle
+    twist (ρ_a + ρ_b) / (2 D) of Young and Cowan 2012 (see :class:`~myostrain.output.wall.Wall`), with the
+    mean radii ρ of the epicardium at rest in the two regions whose rotations make the twist, and the distance
+    D of their middles along the axis.
 
     Args:
         mechanics: The mechanics of the ventricle.
         deformation: F, UFL.
-        wall: Its wall.
-        rim: The mean (3,) of the endocardium's rim at rest.
+        wall: Its wall, or the left ventricle of two.
+        rim: The mean (3,) of its endocardium's rim at rest.
         septum: Direction (3,) from the long axis to the middle of the septum.
 
     Raises:
@@ -99,11 +104,18 @@ class Segments:
     """
 
     def __init__(
-        self, mechanics: Mechanics, deformation: Any, wall: Wall, rim: Array, septum: Sequence[float]
+        self,
+        mechanics: Mechanics,
+        deformation: Any,
+        wall: Wall | LeftVentricle,
+        rim: Array,
+        septum: Sequence[float],
     ) -> None:
         body = mechanics.body
         self._comm = lasting(body.mesh.comm)
         self._points = QuadraturePoints(body.mesh, DEGREE)
+        if isinstance(wall, LeftVentricle):
+            self._points.weights *= self._points.values(wall.inside)()
         X = self._points.values(ufl.SpatialCoordinate(body.mesh))()
         self.numbers = segment_numbers(X.reshape(-1, 3), rim, wall.apex_at_rest, wall.axis, septum).reshape(
             X.shape[:2]
@@ -122,15 +134,15 @@ class Segments:
         fibre = ufl.as_vector([ufl.sqrt(ufl.dot(f, f)), stress])
         self._deformation = self._points.values(deformation)
         self._fibre = self._points.values(fibre)
-        self._wall, self._arm = wall, _arm(mechanics, wall, rim)
+        self._arm = _arm(mechanics, wall, rim) if isinstance(wall, Wall) else None
         self.names = [f"{kind}_{n}" for kind in KINDS for n in range(1, COUNT + 1)]
-        self.names += [*KINDS[:3], "fibre_stress_mean", "torsion"]
+        self.names += [*KINDS[:3], "fibre_stress_mean", *(["torsion"] if self._arm else [])]
 
-    def values(self, twist: float) -> list[float]:
+    def values(self, twist: float = 0.0) -> list[float]:
         """All of :attr:`names` (collective).
 
         Args:
-            twist: The present twist, degrees.
+            twist: The present twist of a single ventricle, degrees.
         """
         F = self._deformation()
         F = F.reshape(*F.shape[:2], 3, 3)
@@ -139,7 +151,8 @@ class Segments:
         fields = [*np.moveaxis(strains, -1, 0), *np.moveaxis(fibre, -1, 0)]
         sums = np.array([self._sums(field) for field in fields])
         whole = sums.sum(axis=1) / self.volumes.sum()
-        return [*(sums / self.volumes).reshape(-1).tolist(), *whole[[0, 1, 2, 4]].tolist(), twist * self._arm]
+        found = [*(sums / self.volumes).reshape(-1).tolist(), *whole[[0, 1, 2, 4]].tolist()]
+        return [*found, twist * self._arm] if self._arm else found
 
     def _sums(self, values: Array) -> Array:
         """Integrals (17,) over the segments of values (cells, points) (collective)."""

@@ -67,14 +67,14 @@ class Wall:
     def __init__(self, mechanics: Mechanics, displacement: Any, cavity: Cavity) -> None:
         self._mechanics, self._cavity = mechanics, cavity
         body = mechanics.body
-        self.axis = _normal(body, "base")
+        self.axis = normal_of(body, "base")
         low, high = _heights(body, self.axis)
         x = ufl.SpatialCoordinate(body.mesh) + displacement
         self.ends = [(low, low + REGION * (high - low)), (high - REGION * (high - low), high)]
         self._apical, self._basal = (_Region(body, x, self.axis, *end) for end in self.ends)
         space = mechanics.displacement().function_space
         self._apex = {
-            name: _LowestNode(body, space, name, self.axis) for name in ("endocardium", "epicardium")
+            name: LowestNode(body, space, name, self.axis) for name in ("endocardium", "epicardium")
         }
         self.depth = depth(body)
         self._length = float(np.linalg.norm(self._apex["endocardium"].rest - cavity.rim_at_rest))
@@ -136,7 +136,7 @@ class _Region:
         return np.asarray(right.T @ proper @ left.T)
 
 
-class _LowestNode:
+class LowestNode:
     """The node of a boundary that is the lowest at rest, of equal ones that with the least X, then Y.
 
     Args:
@@ -172,7 +172,7 @@ class _LowestNode:
         return np.asarray(self.rest + self._comm.bcast(mine, root=self._owner))
 
 
-def _normal(body: Body, name: str) -> Array:
+def normal_of(body: Body, name: str) -> Array:
     """Unit mean of a boundary's outward normal.
 
     Raises:
