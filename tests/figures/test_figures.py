@@ -1,5 +1,7 @@
 """Pictures of result folders that are written here, without a solver."""
 
+import json
+
 from myostrain.errors import InputError
 from myostrain.output.figures.choice import Choice
 from myostrain.output.figures.course import deformation_over_time
@@ -425,11 +427,12 @@ def test_probes_show_what_moves_and_what_contracts(tmp_path):
 
 @pytest.mark.parametrize("unit", [1.0, 1e-6, 1e6])
 def test_forces_that_vanish_are_not_drawn(tmp_path, unit):
-    """Whatever the unit: a sum of springs all round vanishes beside the stress, or beside another force."""
+    """Whatever the unit: a sum of springs all round vanishes beside the modulus, or beside another force."""
     points, cells = sheet(tmp_path / "sheet")
-    stress = unit * np.tile(points[:, 0] / 60, (2, 1))
-    write_snapshots(tmp_path / "run", points, cells, [0.0, 1.0], potential=0 * stress, stress_trace=stress)
-    write_snapshots(tmp_path / "plain", points, cells, [0.0, 1.0], potential=0 * stress)
+    for name, about in (("run", {"modulus": unit}), ("plain", {})):
+        write_snapshots(tmp_path / name, points, cells, [0.0, 1.0], potential=np.zeros((2, len(points))))
+        mesh = tmp_path / name / "snapshots" / "mesh.npz"
+        np.savez(mesh, points=points, cells=cells, about=json.dumps(about))
     sums = {"reaction_boundary_x": unit * np.array([0.0, -2e-7]), "volume_ratio": np.ones(2)}
     both = sums | {"reaction_left_x": unit * np.array([0.0, 0.1])}
     assert forces(Recording(tmp_path / "run"), sums) == []

@@ -83,6 +83,8 @@ class FieldWriter:
             if model.mechanics is not None:
                 about = {**(about or {}), "kinematics": _described(model.mechanics.kinematics)}
                 about["yields"] = model.mechanics.yields
+                modulus = getattr(model.mechanics.material, "modulus", None)
+                about["modulus"] = float(modulus) if isinstance(modulus, int | float) else 0.0
             quadratic = None if whole is None else whole.function_space
             self._snapshots = SnapshotWriter(folder, space, self._vectors, fibres, about, quadratic)
 

@@ -140,6 +140,11 @@ class Results:
         """The metrics, with units."""
         return Metrics(self._reader)
 
+    @property
+    def least_force(self) -> float:
+        """Forces of supports up to this are sums that vanish, but for what the solvers leave."""
+        return self._reader.least_force
+
     @cached_property
     def probes(self) -> xr.Dataset:
         """What was sampled at probes: potential, states, activation, displacement, ... over (probe, time).

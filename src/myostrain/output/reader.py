@@ -24,6 +24,9 @@ Array = npt.NDArray[np.float64]
 #: Dimensions by the kinematics of a case.
 DIMENSIONS = {"line": 1, "plane-stress": 2, "plane-strain": 2, "solid": 3}
 
+#: Share of the modulus times the width below which a force is a sum that vanishes.
+ROUNDING = 1e-5
+
 
 class Reader:
     """A result folder, read back; fields are read frame by frame, and nothing is read before it is needed.
@@ -139,6 +142,14 @@ class Reader:
     def threshold(self) -> float:
         """The potential above which a node counts as activated."""
         return float(self._about.get("threshold", 0.5))
+
+    @property
+    def least_force(self) -> float:
+        """Forces up to this are sums that vanish, as those of springs all round; 0 if it is not known."""
+        if not self.recorded:
+            return 0.0
+        width = np.ptp(self.points, axis=0).max() ** (self.points.shape[1] - 1)
+        return float(ROUNDING * width * self._about.get("modulus", 0.0))
 
     def has(self, *names: str) -> bool:
         """Whether there are frames, with all these fields."""

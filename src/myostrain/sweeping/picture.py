@@ -42,9 +42,9 @@ def choose(rows: Rows, asked: Sequence[str] = ()) -> list[str]:
 
 
 def _differs(values: Sequence[float]) -> bool:
-    """Whether values differ by more than round-off."""
+    """Whether values differ by more than a thousandth."""
     there = np.array(values)[np.isfinite(values)]
-    return len(there) > 1 and bool(np.ptp(there) > 1e-9 * np.abs(there).max())
+    return len(there) > 1 and bool(np.ptp(there) > 1e-3 * np.abs(there).max())
 
 
 def draw(

@@ -85,7 +85,8 @@ def _measures(runs: Sequence[Results]) -> dict[str, Curves]:
     found: dict[str, dict[int, tuple[Any, Any, Mapping[str, str]]]] = {}
     for number, run in enumerate(runs):
         for name, values in run.measures.items():
-            found.setdefault(str(name), {})[number] = (values["time"], values, values.attrs)
+            if not str(name).startswith("reaction_") or abs(values).max() > run.least_force:
+                found.setdefault(str(name), {})[number] = (values["time"], values, values.attrs)
     changing = {
         name: curves
         for name, curves in found.items()

@@ -11,6 +11,7 @@ from typing import Any
 from myostrain.output.figures.data import Recording
 from myostrain.output.figures.style import COLOURS, GREY, new_figure, plain, save, symmetric_range
 from myostrain.output.quantities import attributes
+from myostrain.output.reader import ROUNDING
 from myostrain.output.segment_names import COUNT, NAMES
 
 import numpy as np
@@ -20,9 +21,6 @@ from matplotlib import colormaps
 Array = npt.NDArray[np.float64]
 
 STRAINS = ("longitudinal", "circumferential", "radial")
-
-#: Forces below this share of the largest one, or of the stress times the width, are sums that vanish.
-ROUNDING = 1e-5
 
 #: Letters in a line of a panel's title.
 TITLE = 36
@@ -67,11 +65,8 @@ def draw_measures(recording: Recording, folder: Path) -> list[Path]:
 def forces(recording: Recording, table: Mapping[str, Array]) -> list[str]:
     """Columns of forces, without sums that vanish, such as those of springs all round."""
     largest = {name: np.abs(values).max() for name, values in table.items() if name.startswith("reaction_")}
-    scale = max(largest.values(), default=0.0)
-    if recording.has("stress_trace"):
-        width = np.ptp(recording.points, axis=0).max() ** (recording.dim - 1)
-        scale = max(scale, width * np.abs(recording.history("stress_trace")).max())
-    return [name for name, force in largest.items() if force > ROUNDING * scale]
+    least = max(recording.least_force, ROUNDING * max(largest.values(), default=0.0))
+    return [name for name, force in largest.items() if force > least]
 
 
 def since_first(table: Mapping[str, Array], kind: str) -> Array:
