@@ -174,7 +174,7 @@ def plain_words(error: Any, kind: str) -> str:
         kind: The type that is wanted, as text.
     """
     texts = "str" in kind or "Literal" in kind
-    some = 'texts, such as ["left"]' if texts else "numbers, such as [1.0, -1.0]"
+    some = 'texts, such as ["left"]' if texts else "numbers, such as [2.0, 1.0]"
     wanted = {
         "float_type": "give a number",
         "int_type": "give an integer",
@@ -185,8 +185,8 @@ def plain_words(error: Any, kind: str) -> str:
         "tuple_type": f"give a list of {some}",
         "too_long": "give a shorter list",
         "missing": f"give a longer list of {some}",
-        "mapping_type": "give a table, such as { name = [1.0, -1.0] }",
-        "dict_type": "give a table, such as { name = [1.0, -1.0] }",
+        "mapping_type": "give a table, such as { name = [2.0, 1.0] }",
+        "dict_type": "give a table, such as { name = [2.0, 1.0] }",
         "dataclass_type": "give a table, such as { value = 1.0 }",
     }
     said = error["msg"].removeprefix("Value error, ").replace("Input should be", "this should be")

@@ -259,10 +259,25 @@ def test_advice_where_no_equilibrium_is_found():
     assert "mechanics.tolerance" in caught.value.advice
 
 
+class WithoutEnergy:
+    """Nothing that a material needs."""
+
+
+class NoNumber:
+    """An energy that is a tensor."""
+
+    tensor_dim = 3
+
+    def energy(self, Fe, fibres):
+        return Fe.T * Fe
+
+
 WRONG = [
     (dict(kinematics="plane-stress"), "mechanics.kinematics", "PlaneStress()"),
     (dict(kinematics=PlaneStress), "mechanics.kinematics", "PlaneStress()"),
     (dict(material="NeoHookean"), "mechanics.material", "NeoHookean()"),
+    (dict(material=WithoutEnergy()), "mechanics.material", "WithoutEnergy has no method 'energy'"),
+    (dict(material=NoNumber()), "mechanics.material", "scalar"),
     (dict(active="fibre"), "mechanics.active", "Fibre()"),
     (dict(supports={"fixed": ["left"]}), "mechanics.supports", "Supports("),
     (dict(loads={"pressure": {"left": 1.0}}), "mechanics.loads", "Loads("),

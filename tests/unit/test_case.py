@@ -189,3 +189,9 @@ def test_misspelt_key_names_the_known_one(case, key):
         Case.from_dict(data)
     message = str(caught.value)
     assert f"'{last}'" in message or message.startswith(f"{key}: missing")
+
+
+def test_the_name_of_a_case_is_no_case(tmp_path):
+    """A name in place of a case is refused with what to give."""
+    with pytest.raises(InputError, match=r"case: 'pulse-1d': give a Case, such as Case\.from_file"):
+        ms.run_case("pulse-1d", tmp_path / "run")

@@ -58,7 +58,7 @@ def test_what_is_no_assignment(tmp_path, assignment):
 @pytest.mark.parametrize(
     "changes, key, words",
     [
-        ({"initial.center": 3.0}, "initial.center", "give a list of numbers, such as [1.0, -1.0], not 3.0"),
+        ({"initial.center": 3.0}, "initial.center", "give a list of numbers, such as [2.0, 1.0], not 3.0"),
         (
             {"mechanics.fixed": "left"},
             "mechanics.fixed",

@@ -86,6 +86,8 @@ def run_case(
         ComputationError: The computation failed.
         Interrupted: A signal ended it after a checkpoint.
     """
+    if not isinstance(case, Case):
+        raise InputError(f"{case!r}: give a Case, such as Case.from_file(cases.path('pulse-1d'))", "case")
     out = Path(out)
     check_path(out, "--out")
     if resume and (ended := _ended(out, comm)) and not goes_on(case, ended):

@@ -7,6 +7,7 @@ from typing import Any
 
 from myostrain.activation import ActiveDeformation, ActiveTension, Fibre, Yield
 from myostrain.engine import fem
+from myostrain.errors import InputError
 from myostrain.geometry import Body
 from myostrain.kinematics import Kinematics
 from myostrain.materials import Material
@@ -92,7 +93,11 @@ class ActiveBody:
         Jo = ufl.det(Fo)
         whole = getattr(self._material, "sees_volume", False)
         passive = F if whole else self.kinematics.distortion(F, Jo)
-        density = Jo * self._material.energy(passive * ufl.inv(Fo), self._fibres)
+        W = self._material.energy(passive * ufl.inv(Fo), self._fibres)
+        if shape := getattr(W, "ufl_shape", ()):
+            name = type(self._material).__name__
+            raise InputError(f"{name}.energy is of shape {shape}: give a scalar of UFL", "mechanics.material")
+        density = Jo * W
         density += self.kinematics.volume_energy(F, Jo)
         if self._tension is not None:
             density += self._tension.energy(F, self._fibres, a)

@@ -71,7 +71,11 @@ def check_kinds(given: Mapping[str, Any]) -> None:
     wanted: dict[str, tuple[str, Any, str]] = {
         "body": ("a body, such as build(...) makes", Body, "mesh"),
         "kinematics": (f"one of {_instances(kinematics, 'lift')}", object, "lift"),
-        "material": (f"one of {_instances(materials, 'energy')}, or one of your own", object, "energy"),
+        "material": (
+            f"one of {_instances(materials, 'energy')}, or an object with energy(Fe, fibres)",
+            object,
+            "energy",
+        ),
         "supports": ('Supports(...), such as Supports(fixed=["left"])', Supports, ""),
         "loads": ('Loads(...), such as Loads(pressure={"right": 0.1})', Loads, ""),
         "imposed_stretch": ("ImposedStretch(...), or None", ImposedStretch | None, ""),
@@ -80,7 +84,9 @@ def check_kinds(given: Mapping[str, Any]) -> None:
         value = given[name]
         lacks = bool(method) and not hasattr(value, method)
         if isinstance(value, type) or lacks or not isinstance(value, kind):
-            raise InputError(f"{shown(value)}: give {what}", f"mechanics.{name}")
+            own = lacks and type(value).__module__ != "builtins"
+            what_it_is = f"{type(value).__name__} has no method '{method}'" if own else shown(value)
+            raise InputError(f"{what_it_is}: give {what}", f"mechanics.{name}")
     active = given["active"]
     if isinstance(active, type) or not (hasattr(active, "tensor") or hasattr(active, "energy")):
         raise InputError(

@@ -214,7 +214,7 @@ def check_fields(names: Sequence[str]) -> None:
     """
     for name in names:
         if name not in NAMES:
-            raise InputError(f"no such field; {nearest(name, NAMES)}", "output.fields")
+            raise InputError(f"no such field: {shown(name)}; {nearest(name, NAMES)}", "output.fields")
 
 
 def _missing(name: str, why: str) -> InputError:
