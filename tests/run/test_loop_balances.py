@@ -172,7 +172,7 @@ def check(folder, circuit, semi_axes, base, tolerance):
     assert max(off) < tolerance
     other = {**circuit, "resistance": 1.1 * circuit["resistance"]}
     assert np.abs(windkessel(other, *given)[0] - arteries).max() / np.ptp(arteries) > 3 * tolerance
-    assert at_wall == pytest.approx(by_volume, rel=1e-6)
+    assert at_wall == pytest.approx(by_volume, rel=1e-4)
     assert stroke > 0.02 * volume.max()
     assert np.ptp(arteries) > 0.02 * arteries.max()
 
@@ -186,8 +186,8 @@ def test_a_small_beat(tmp_path):
 @pytest.mark.slow
 def test_a_whole_heartbeat(tmp_path):
     """The heart with other resistances, compliance, pressures and calcium."""
-    case = Case.from_file(cases.path("heartbeat-3d"), HEART)
+    case = Case.from_file(cases.path("heartbeat-3d"), HEART)  # to 290 ms 1e-3, and the work to 2e-5
     run_case(case, tmp_path / "out", comm=ALONE, figures=False)
     given = case.parameters
     shape = given["geometry"]
-    check(tmp_path / "out", given["circulation"], shape["endocardium"], shape["base"], 0.01)
+    check(tmp_path / "out", given["circulation"], shape["endocardium"], shape["base"], 4e-3)
