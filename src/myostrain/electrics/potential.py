@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args
 from myostrain.electrics.diffusion import Diffusion, Mass
 from myostrain.electrics.front import Current, Front
 from myostrain.electrics.initial_values import InitialValues
+from myostrain.electrics.kept import KeptPreconditioner
 from myostrain.electrics.past import Past, check_amounts, fields, values_of
 from myostrain.electrics.stimulus import Applied, AppliedRates, Source
 from myostrain.electrics.stretch_current import StretchCurrent, StretchCurrents
@@ -20,7 +21,7 @@ from myostrain.membranes import Integrator, Membrane, Step, check_membrane
 from myostrain.membranes.reaction import Reaction
 from myostrain.solvers.linear import LinearSolver, Options, global_dofs, largest, owned_dofs, solver_options
 from myostrain.solvers.timing import timed
-from myostrain.state import FieldState, State
+from myostrain.state import State
 from myostrain.validation import refuse_former, remembers
 
 import numpy as np
@@ -167,8 +168,7 @@ class Potential:
             self._diffusion.symmetric, body.comm.size, global_dofs(space), body.dim, options or {}
         )
         self.solver = LinearSolver(self._diffusion.matrix, "potential", defaults, options, keep=keep)
-        self._weight = 0.0  # the time derivative's factor of which the kept preconditioner was made
-        self._origin: State = {}
+        self._kept = KeptPreconditioner(self._diffusion, self.solver, space)
         self.reset()
 
     def __repr__(self) -> str:
@@ -238,8 +238,7 @@ class Potential:
 
     def start(self, time: float = 0.0) -> None:
         """Begin at the present values, on the present deformation, as if nothing had been solved before."""
-        self.solver.forget()
-        self._weight = 0.0
+        self._kept.forget()
         self.update_deformation()
         self.past.clear()
         self.accept(time, keep=1)
@@ -291,10 +290,7 @@ class Potential:
         """
         before_v, before = self.past.values[0]
         order = len(weights) - 1
-        # Times are sums, so that equal steps give weights that differ in the last bits.
-        if abs(weights[0] - self._weight) > 1e-9 * abs(weights[0]):
-            self._weight = float(weights[0])
-            self.solver.forget()
+        self._kept.follow(weights[0])
         past = self.past.sums(weights, self.ratio) if self.past.multistep else before
         step = Step(end - self.past.times[0], float(weights[0]), past, before, before_v, order)
         room = self.past.room(self._states)
@@ -305,19 +301,17 @@ class Potential:
         if (front := self.past.front) is not None:
             nodal, varying = self.ratio * np.array([current, slope]), self._reaction.varying
             times = end, self.past.times[0]
-            rate = self._diffusion.rate(self._weight, guess)
+            rate = self._diffusion.rate(self._kept.weight, guess)
             between = front.solve(guess, rate, nodal, self.ratio, varying, self.past.values, times, weights)
         current, slope = self._stretch.added(guess, current, slope)
         if (applied := self._applied.rate([end, *self.past.times], weights)) is not None:
             current = current - applied
         load = self._diffusion.load(self.ratio * (current + self.past.rate(weights, self.ratio))) + between[0]
         implicit = self.ratio * self.weight * slope + between[1]
-        diagonal = self._diffusion.put(self._weight, implicit)
+        diagonal = self._diffusion.put(self._kept.weight, implicit)
         self._count()
         self._b.x.array[:] = implicit * guess - load
-        if self.solver.renews:
-            added = FieldState(self.v.function_space, diagonal)
-            self._origin = {"body": self._diffusion.body(), "diagonal": added}
+        self._kept.take(diagonal)
         self.v.x.array[:] = guess
         try:
             self.solver.solve(self._b.x.petsc_vec, self.v.x.petsc_vec)
@@ -340,8 +334,7 @@ class Potential:
         return {
             "fields": fields(space, (self.v.x.array.copy(), self._states)),
             **self.past.state(space),
-            "weight": self._weight,
-            "origin": self._origin,
+            **self._kept.state(),
             "solver": self.solver.state(),
             "seconds": self.seconds,
         }
@@ -349,23 +342,12 @@ class Potential:
     def restore(self, state: State) -> None:
         """Go on from a state, on the deformation that has been restored before."""
         self.solver.restore(state["solver"])
-        self._weight = state["weight"]
-        if state["origin"] and state["origin"] is not self._origin:
-            self._origin = state["origin"]
-            self._precondition()
+        self._kept.restore(state)
         self.v.x.array[:], self._states = values_of(state["fields"])
         self.past.restore(state)
         self.update_deformation()
         self.seconds = state["seconds"]
         self.solver.restore(state["solver"])
-
-    def _precondition(self) -> None:
-        """Make the kept preconditioner again."""
-        present = self._diffusion.body()
-        self._diffusion.put_body(self._origin["body"])
-        self._diffusion.put_again(self._weight, self._origin["diagonal"].values)
-        self.solver.precondition()
-        self._diffusion.put_body(present)
 
     def forget(self) -> None:
         """Keep only the newest values: the next step starts anew, as after a jump in time."""
