@@ -20,12 +20,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import resource
-import subprocess
 import sys
 import time
 from pathlib import Path
+
+from apart import apart
 
 SIZE = (20.0, 7.0, 3.0)
 #: mm²/ms: harmonic means of the conductivities (S/m) over χ Cm.
@@ -130,11 +130,7 @@ def beat(spacing: float, end: float, step: float) -> dict:
 
 def measured(python: str, side: str, numbers: list[float]) -> dict:
     """One side in a process of its own."""
-    command = [python, __file__, side, *map(str, numbers)]
-    done = subprocess.run(
-        command, env={**os.environ, "OMP_NUM_THREADS": "1"}, check=True, capture_output=True, text=True
-    )
-    found = json.loads(done.stdout.splitlines()[-1])
+    found = apart(__file__, side, *numbers, python=python)
     per = 1e9 / found["nodes"] / found["steps"]
     print(
         f"{side}: {found['nodes']} nodes, {found['steps']} steps, {found['cpu']:.0f} processor seconds "

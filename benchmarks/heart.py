@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import resource
-import subprocess
 import sys
 import time
 from pathlib import Path
+
+from apart import apart
 
 
 def case(spacing: float, layers: int, end: float):
@@ -91,14 +91,7 @@ def textbook(spacing: float, layers: int, end: float) -> dict:
 
 def measure(side: str, numbers: list[str]) -> dict:
     """One side in a process of its own."""
-    done = subprocess.run(
-        [sys.executable, __file__, side, *numbers],
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-        check=True,
-    )
-    found = json.loads(done.stdout.splitlines()[-1])
+    found = apart(__file__, side, *numbers)
     print(f"{side}: {found['unknowns']} unknowns, {found['cpu']:.1f} processor seconds", flush=True)
     return found
 

@@ -35,6 +35,8 @@ from typing import Any
 
 import numpy as np
 
+from apart import apart
+
 NODES = 16_384
 LENGTH = 0.01
 FILE = "cli/templates/niederer_benchmark/tentusscher_panfilov_2006_epi_cell.ode"
@@ -135,13 +137,8 @@ def measured(
     side: str, repeat: int, python: str = sys.executable, processes: int = 1, **settings: str
 ) -> dict:
     """One kind of measurement in processes of its own."""
-    command = [python, __file__, side, str(repeat)]
-    if processes > 1:
-        command = [str(Path(python).with_name("mpiexec")), "-n", str(processes), *command]
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", **settings}
     print(f"  {side} on {processes}", *settings, flush=True)
-    done = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, text=True)
-    return json.loads(done.stdout.splitlines()[-1])
+    return apart(__file__, side, repeat, python=python, processes=processes, **settings)
 
 
 def everything(repeat: int, python: str | None) -> dict:

@@ -15,13 +15,13 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
-import os
 import resource
-import subprocess
 import sys
 import time
 from pathlib import Path
 from statistics import median
+
+from apart import apart
 
 SIZE = (20.0, 7.0, 3.0)
 STEPS, GAMMA = 5, 0.2
@@ -115,14 +115,7 @@ def error(u, part: int) -> float:
 def measure(*arguments: str) -> dict:
     """One run in a process of its own."""
     print("  ", *arguments, flush=True)
-    done = subprocess.run(
-        [sys.executable, __file__, *arguments],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "OMP_NUM_THREADS": "1"},
-        check=True,
-    )
-    return json.loads(done.stdout.strip().splitlines()[-1])
+    return apart(__file__, *arguments)
 
 
 def everything(repeat: int) -> dict:

@@ -11,13 +11,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from statistics import median
 
 import page
+from apart import apart
 
 HERE = Path(__file__).parent
 
@@ -39,13 +37,8 @@ PROCESSES = [1, 2]
 
 def measure(*arguments: str, processes: int = 1) -> dict:
     """Run one measurement."""
-    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, str(HERE / "measure.py"), *arguments]
-    if processes > 1:
-        command = [str(Path(sys.executable).with_name("mpiexec")), "-n", str(processes), *command]
     print("  ", *arguments, f"({processes} processes)" if processes > 1 else "", flush=True)
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
-    return json.loads(done.stdout.strip().splitlines()[-1])
+    return apart(HERE / "measure.py", *arguments, processes=processes)
 
 
 def ours(step: float, every: int, spacing: float = SPACING, *more: str) -> list[str]:
