@@ -1,9 +1,11 @@
-"""A faster product of matrices in one triangle, for factorizations by the PETSc of DOLFINx's PyPI wheel.
+"""Faster products of matrices, for factorizations by the PETSc of DOLFINx's PyPI wheel.
 
-MUMPS asks OpenBLAS for it (``dgemmt``, ``sgemmt``), which computes it column by column, at a tenth of the
-speed of its other products: it was 60 % of a symmetric factorization of a solid. ``blas.c`` has it by blocks,
-on top of the same OpenBLAS. It is compiled once, and put where the dynamic linker finds it before OpenBLAS's
-own; nothing happens where there is no compiler, no wheel, or where PETSc was loaded already.
+MUMPS asks OpenBLAS for a product in one triangle (``dgemmt``, ``sgemmt``), which does so column by column,
+at a tenth of the speed of its other products: it was 60 % of a symmetric factorization of a solid. ``blas.c``
+has it by blocks, on top of the same OpenBLAS. MUMPS substitutes one right-hand side by products and solutions
+of matrices with one column; ``blas.c`` hands them on to the functions for a vector, which saves a fifth.
+It is compiled once, and put where the dynamic linker finds it before OpenBLAS's own; nothing happens where
+there is no compiler, no wheel, or where PETSc was loaded already.
 """
 
 from __future__ import annotations
@@ -45,7 +47,8 @@ def based_on(path: Path, openblas: Path) -> ctypes.CDLL:
     """The library at a path, with the products of an OpenBLAS beneath it."""
     library, below = ctypes.CDLL(str(path)), ctypes.CDLL(str(openblas))
     for kind in "ds":
-        library[f"set_{kind}_gemm"](ctypes.cast(below[f"{kind}gemm_"], ctypes.c_void_p))
+        names = [f"{kind}{name}_" for name in ("gemm", "gemv", "trsm", "trsv")]
+        library[f"set_{kind}"](*(ctypes.cast(below[name], ctypes.c_void_p) for name in names))
     return library
 
 
@@ -60,13 +63,13 @@ def wheel() -> Path | None:
 
 
 def hasten(folder: Path) -> bool:
-    """Put the product before that of OpenBLAS, for libraries that are loaded later.
+    """Put these functions before those of OpenBLAS, for libraries that are loaded later.
 
     Args:
         folder: Where compiled libraries are kept.
 
     Returns:
-        Whether it is there.
+        Whether they are there.
     """
     if "petsc4py.PETSc" in sys.modules:
         return False
