@@ -70,6 +70,21 @@ def delayed(**changes):
     return law
 
 
+def endless():
+    law = Law(POTENTIAL, lambda d: law.activation((), d))
+    return law
+
+
+def remembering():
+    memory = [0.0]
+
+    def later(drivers):
+        memory[0] = 0.9 * memory[0] - 0.01 * drivers["time"] - 1e-4
+        return memory[0]
+
+    return Law(("time",), later)
+
+
 POTENTIAL = ("potential",)
 WRONG = {
     "a UFL expression": (Law(POTENTIAL, symbolic), "gives a Indexed of UFL.*in NumPy"),
@@ -99,7 +114,20 @@ WRONG = {
     "steps without states": (delayed(states=()), r"Delayed has a method advance, but no states: name them"),
     "no initial states": (delayed(initial_states=None), "no method initial_states"),
     "no advance": (delayed(advance=None), "no method advance"),
-    "one initial state for two": (delayed(initial_states=lambda d: (0.0,)), "gives 1 values for the states"),
+    "one initial state for two": (
+        delayed(initial_states=lambda d: (0.0,)),
+        r"gives 1 values; give one for each of the states \['first', 'second'\]",
+    ),
+    "a number for initial states": (delayed(initial_states=lambda d: 0.0), r"gives 0\.0; give one for each"),
+    "no initial value": (delayed(initial_states=lambda d: None), "gives None; give one for each"),
+    "a text for initial states": (delayed(initial_states=lambda d: "00"), "gives '00'; give one for each"),
+    "a function for initial states": (delayed(initial_states=function), "give one for each"),
+    "no return": (Law(POTENTIAL, lambda d: None), r"Law\.activation gives None: it has to end with return"),
+    "masked values": (Law(("time",), lambda d: np.ma.masked_all(6)), "Law gives what is not finite"),
+    "a division by zero": (Law(POTENTIAL, lambda d: 1 / 0), "activation failed: ZeroDivisionError"),
+    "an unknown name": (Law(POTENTIAL, lambda d: unknown), "activation failed: NameError"),  # noqa: F821
+    "a law that calls itself": (endless(), "activation failed: RecursionError"),
+    "a memory without states": (remembering(), "called again.*what it remembers belongs in states"),
     "initial states of another shape": (
         delayed(initial_states=lambda d: (0.0, np.zeros(3))),
         r"initial_states gives values of shape \(3,\)",
@@ -284,6 +312,37 @@ def test_a_run_goes_on_from_the_states_of_a_law():
     np.testing.assert_array_equal(second.activation.states, first.activation.states)
     np.testing.assert_array_equal(second.mechanics.u.x.array, first.mechanics.u.x.array)
     assert coordinates(first.potential).shape == (21, 1)
+
+
+class Writing(Delayed):
+    """The same law; it writes in what it gets."""
+
+    def advance(self, states, drivers, step):
+        v = drivers["potential"]
+        v *= -0.3
+        rates = np.array([v - states[0], states[0] - states[1]])
+        states += step * rates
+        return states
+
+    def activation(self, states, drivers):
+        drivers["potential"][:] = np.nan
+        states[0] = np.nan
+        return states[1]
+
+
+@pytest.mark.parametrize("scheme", [ms.SecondOrder(), ms.Staggered()], ids=str)
+def test_a_law_may_write_in_what_it_gets(scheme):
+    """LawWithStates.advance: it gets copies, so that `states += ...` spoils nothing."""
+    found = []
+    for law in (Delayed(), Writing()):
+        model = line(scheme, law=law, length=5.0)
+        model.start()
+        for number in range(1, 4):
+            model.step(number * 1e-3)
+        found.append((model.activation.states, model.activation.values, model.potential.v.x.array))
+    assert np.abs(found[0][0]).max() > 1e-4
+    for plain, written in zip(*found, strict=True):
+        np.testing.assert_array_equal(written, plain)
 
 
 # How strongly a law follows the potential: measured.

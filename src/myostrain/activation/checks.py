@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from myostrain.activation.contracts import Array
+from myostrain.activation.contracts import Array, Drivers
 from myostrain.activation.units import conversion
 from myostrain.errors import InputError, nearest
 
@@ -28,9 +28,13 @@ def plain(found: Any, who: str) -> Array:
             "write it in NumPy",
             KEY,
         )
+    if found is None:  # NumPy would make NaN of it
+        raise InputError(f"{who} gives None: it has to end with return and the values", KEY)
     try:
         if np.iscomplexobj(found):
             raise TypeError("they are complex")
+        if isinstance(found, np.ma.MaskedArray):
+            found = np.ma.filled(found.astype(float), np.nan)
         return np.asarray(found, dtype=float)
     except (TypeError, ValueError) as error:
         raise InputError(f"{who} gives no array of real numbers: {error}", KEY) from None
@@ -74,18 +78,54 @@ def unit_scales(law: Any, given: Mapping[str, str | None]) -> dict[str, float]:
 
 
 def called(law: Any, method: str, *arguments: Any) -> Any:
-    """What a law's method gives.
+    """What a law's method gives; it gets copies of arrays, so that it may write in them.
 
     Raises:
         InputError: It fails.
     """
+    copies = [_copied(argument) for argument in arguments]
     try:
-        return getattr(law, method)(*arguments)
-    except (TypeError, ValueError, IndexError, KeyError, AttributeError) as error:
+        return getattr(law, method)(*copies)
+    except (
+        ArithmeticError,
+        AssertionError,
+        AttributeError,
+        LookupError,
+        NameError,
+        RecursionError,
+        TypeError,
+        ValueError,
+    ) as error:
         hint = "; declare it in drivers" if isinstance(error, KeyError) else ""
         raise InputError(
             f"{type(law).__name__}.{method} failed: {type(error).__name__}: {error}{hint}", KEY
         ) from error
+
+
+def _copied(argument: Any) -> Any:
+    if isinstance(argument, Mapping):
+        return {name: _copied(value) for name, value in argument.items()}
+    return argument.copy() if isinstance(argument, np.ndarray) else argument
+
+
+def initial(law: Any, names: Sequence[str], drivers: Drivers) -> Sequence[Any]:
+    """The initial values of a law's states, one for each name.
+
+    Raises:
+        InputError: They are not that many.
+    """
+    found = called(law, "initial_states", drivers)
+    who, wanted = f"{type(law).__name__}.initial_states", f"give one for each of the states {list(names)}"
+    try:
+        count = 0 if isinstance(found, (str, Mapping)) else len(found)
+    except (NotImplementedError, TypeError, ValueError):  # UFL has the first
+        count = 0
+    if count == 0:
+        raise InputError(f"{who} gives {found!r}; {wanted}, such as return (0.0,)", KEY)
+    if count != len(names):
+        raise InputError(f"{who} gives {count} values; {wanted}", KEY)
+    values: Sequence[Any] = found
+    return values
 
 
 def check_law(law: Any, known: Mapping[str, Any], wanted: str) -> None:

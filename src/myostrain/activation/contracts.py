@@ -56,7 +56,7 @@ class LawWithStates(ActivationLaw, Protocol):
         """The states after a step of time for frozen drivers, exact if the law has a closed form.
 
         Args:
-            states: States before the step, (states, nodes); not to be changed in place.
+            states: States before the step, (states, nodes): a copy, as all that a law gets.
             drivers: Drivers, frozen over the step: at its middle where the scheme is of second order.
             step: Length of the step.
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from myostrain.activation.checks import KEY, called, check_law, plain, unit_scales
+from myostrain.activation.checks import KEY, called, check_law, initial, plain, unit_scales
 from myostrain.activation.contracts import ActivationLaw, Array, Drivers, Yield
-from myostrain.engine import fem, lasting
+from myostrain.engine import MPI, fem, lasting
 from myostrain.errors import ComputationError, InputError
 from myostrain.state import FieldState, State
 
@@ -69,18 +69,13 @@ class NodalActivation:
         """
         drivers = self.drivers()
         if self._own:
-            found = called(self.law, "initial_states", drivers)
-            if len(found) != len(self._own):
-                raise InputError(
-                    f"{type(self.law).__name__}.initial_states gives {len(found)} values for the states "
-                    f"{list(self._own)}; give one each",
-                    KEY,
-                )
+            found = initial(self.law, self._own, drivers)
             for state, value in zip(self.states, found, strict=True):
                 state[:] = self._array(value, (self._size,), "initial_states", single=True)
         self.values = self._yielded(self.states, drivers)
         if said := self._not_finite():
             raise InputError(said, KEY)
+        self._check_memory(drivers)
         self.accept()
 
     def advance(self, step: float, order: int) -> None:
@@ -159,6 +154,16 @@ class NodalActivation:
             place = [round(float(x), 6) for x in X]
             found = f"{type(self.law).__name__} gives what is not finite near {place}: {given}"
         return next((said for said in comm.allgather(found) if said), "")
+
+    def _check_memory(self, drivers: Drivers) -> None:
+        """Refuse a law that gives something else when it is asked again (collective)."""
+        differs = not np.array_equal(self._yielded(self.states, drivers), self.values)
+        if lasting(self._space.mesh.comm).allreduce(differs, op=MPI.LOR):
+            raise InputError(
+                f"{type(self.law).__name__}.activation gives something else when it is called again with the "
+                "same values: what it remembers belongs in states, with initial_states and advance",
+                KEY,
+            )
 
     def accept(self) -> None:
         """Take the present states as those of a finished step."""
