@@ -26,7 +26,7 @@ demo: $(READY) ## run the contracting sheet of the paper, result in runs/sheet-2
 	@echo 'ParaView:  runs/sheet-2d/fields.bp'
 
 test: $(READY) ## run the tests; options for pytest in ARGS, as in: make test ARGS="-k sheet"
-	$(RUN) pytest -n auto --maxprocesses 4 --dist worksteal $(ARGS)
+	$(RUN) pytest -n auto --maxprocesses 4 $(ARGS)
 
 torture: $(READY) ## kill, fill, corrupt and resume runs, and print what survived; options in ARGS
 	$(RUN) python scripts/torture.py $(ARGS)
