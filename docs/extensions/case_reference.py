@@ -8,21 +8,18 @@ A test compares the page with the classes.
 import dataclasses
 import inspect
 import re
-import types
 import typing
-from collections.abc import Mapping
 from pathlib import Path
 
 from myostrain import activation
 from myostrain.case import sections as case
 from myostrain.electrics import given_potential as drive
 from myostrain.electrics import initial_values, place, potential, stimulus, stretch_current, variation
+from myostrain.mechanics import bestel_2001_pressure, imposed_stretch, support_factors
 from myostrain.mechanics import equilibrium as mechanics
-from myostrain.mechanics import imposed_stretch, support_factors
 from myostrain.output import tips
 from myostrain.run import simulation
-
-from ufl.core.expr import Expr
+from myostrain.type_words import in_words
 
 PAGE = Path(__file__).parents[1] / "howto" / "case-file.md"
 PLACE = "<!-- made by docs/extensions/case_reference.py, from here on -->\n"
@@ -116,6 +113,8 @@ def reference() -> str:
             keys(imposed_stretch.ImposedStretch, intro=True),
             "### `support_factor = { PART = { ... } }`",
             keys(support_factors.SupportProfile, intro=True),
+            "### `pressure = { PART = { ... } }`",
+            keys(bestel_2001_pressure.Bestel2001Pressure, intro=True),
         ],
         "circulation": [
             choice("kind", case.CIRCULATIONS),
@@ -175,57 +174,13 @@ def keys(cls, *, intro=False, moved=None, without=()):
         usual = "required" if required else f"default {value(default)}"
         if not required and field.default is None:
             usual = "may be left out"
-        parts.append(f"`{name}`\n: {in_words(hints[field.name])}; {usual}.\\\n  {meaning}")
+        parts.append(f"`{name}`\n: {marked(in_words(hints[field.name]))}; {usual}.\\\n  {meaning}")
     return "\n\n".join(parts) if fields else "\n\n".join([*parts, "It has no keys of its own."])
 
 
-def in_words(hint):
-    """What a value may be, in words."""
-    origin, args = typing.get_origin(hint), typing.get_args(hint)
-    if origin is typing.Annotated:
-        limits = [text for field in args[1:] for text in map(limit, getattr(field, "metadata", ())) if text]
-        return " ".join([in_words(args[0]), *([" and ".join(limits)] if limits else [])])
-    if origin is typing.Literal:
-        return " or ".join(quoted(arg) for arg in args)
-    if origin in (typing.Union, types.UnionType):
-        return ", or ".join(in_words(arg) for arg in args if arg not in (type(None), Expr))
-    if origin is tuple:
-        return f"list of {'' if args[-1] is Ellipsis else f'{len(args)} '}{several(args[0])}"
-    if origin is Mapping:
-        return f"table of {several(args[1])} by name"
-    if dataclasses.is_dataclass(hint):
-        return "table, see below"
-    return {
-        float: "number",
-        int: "integer",
-        bool: "true or false",
-        str: "text",
-        Path: "path",
-        typing.Any: "number",
-    }[hint]
-
-
-def several(hint):
-    """The same for many."""
-    if typing.get_origin(hint) is typing.Literal:
-        return f"words out of {', '.join(quoted(arg) for arg in typing.get_args(hint))}"
-    if typing.get_origin(hint) is typing.Annotated and len(typing.get_args(typing.get_args(hint)[0])) > 1:
-        return several(typing.get_args(hint)[0])  # of more than one kind, with a check of its own
-    if typing.get_origin(hint) in (typing.Union, types.UnionType):
-        return ", or ".join(several(arg) for arg in typing.get_args(hint))
-    if typing.get_origin(hint) is tuple:  # no plural of a plural: "lists of 2 numbers"
-        return in_words(hint).replace("list", "lists", 1)
-    first, *rest = in_words(hint).split(" ")
-    first = f"{first[:-1]}s," if first.endswith(",") else f"{first}s"
-    return " ".join([first, *rest])
-
-
-def limit(constraint):
-    signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
-    for name, sign in signs.items():
-        if hasattr(constraint, name):
-            return f"{sign} {getattr(constraint, name):g}"
-    return None
+def marked(words):
+    """Words with what is quoted as code."""
+    return re.sub(r'("[^"]*")', r"`\1`", words)
 
 
 def value(default):

@@ -24,6 +24,14 @@ class InputError(MyostrainError, ValueError):
         self.key = key
 
 
+class UnknownName(InputError, KeyError):
+    """A name that a mapping does not hold; also a ``KeyError``, so that ``in`` and ``get`` work."""
+
+    def __str__(self) -> str:
+        """The message; that of a ``KeyError`` would be in quotes."""
+        return str(self.args[0])
+
+
 class ComputationError(MyostrainError, RuntimeError):
     """The computation failed although the input was acceptable (exit status 3).
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any, dataclass_transform
 
 from myostrain.engine import fem
 from myostrain.errors import InputError, nearest, shown
+from myostrain.type_words import in_words, with_article
 
 import pydantic
 from pydantic import ConfigDict, Field
@@ -72,10 +73,16 @@ def _in_words(error: pydantic.ValidationError, cls: type) -> InputError:
         known = [field.name for field in dataclasses.fields(cls)]
         said = f"no such parameter; {nearest(place[-1], known)}"
     elif found["type"] == "missing":
-        said = "missing"
+        said = missing(cls, place[-1])
     else:
         said = plain_words(found, kind) + (f", not {shown(found['input'])}" if place else "")
     return InvalidDescription(f"{'.'.join([cls.__name__, *place])}: {said}", found)
+
+
+def missing(cls: type, name: str) -> str:
+    """That a field of a description is missing, and what to give."""
+    words = in_words(typing.get_type_hints(cls, include_extras=True).get(name))
+    return f"missing; give {with_article(words)}" if words else "missing"
 
 
 def deepest(error: pydantic.ValidationError) -> Any:

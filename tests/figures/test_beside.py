@@ -76,7 +76,7 @@ def test_without_it_the_figures_are_drawn_here(tmp_path, monkeypatch, end):
 
 
 def test_what_is_wrong_is_said_here_and_once(tmp_path, capfd):
-    with Artist() as artist, pytest.raises(InputError, match="holds no snapshots"):
+    with Artist() as artist, pytest.raises(InputError, match="holds no frames"):
         artist.draw(tmp_path)
     assert capfd.readouterr().err == ""
 

@@ -234,9 +234,9 @@ def test_solid_gives_its_probes(tmp_path):
 
 
 def test_empty_folder(tmp_path):
-    with pytest.raises(InputError, match=r"holds no snapshots.*result folder"):
+    with pytest.raises(InputError, match=r"holds no frames.*result folder"):
         draw(tmp_path)
-    with pytest.raises(InputError, match="is not a folder"):
+    with pytest.raises(InputError, match="typo is not there"):
         draw(tmp_path / "typo")
     assert list(tmp_path.iterdir()) == []
 

@@ -67,8 +67,15 @@ def test_of_a_solid_its_boundary_is_seen(tmp_path):
 
 
 def test_what_cannot_be_shown(tmp_path):
-    with pytest.raises(ms.InputError, match="is not a folder"):
+    with pytest.raises(ms.InputError, match="none is not there; name the result folder"):
         view(tmp_path / "none")
+    (tmp_path / "sweep.json").touch()
+    with pytest.raises(ms.InputError, match=r"is a sweep; name one of its runs, such as .*001"):
+        view(tmp_path)
+    (tmp_path / "sweep.json").rename(tmp_path / "case.toml")
+    with pytest.raises(ms.InputError, match=r"output.fields was empty"):
+        view(tmp_path)
+    (tmp_path / "case.toml").unlink()
     line(tmp_path, 60)
     for path in (tmp_path / "snapshots").glob("frame-*"):
         path.unlink()

@@ -45,6 +45,24 @@ def test_differences_are_those_of_the_numbers(runs):
     assert "<td" in found._repr_html_()
 
 
+def test_what_is_zero_but_for_rounding_has_no_difference(runs, monkeypatch):
+    """Forces that cancel, and small pure numbers, would differ by hundreds of per cent."""
+    found = ms.compare(runs / "one" / "run", runs / "two" / "run")
+    first, second = found.runs
+    monkeypatch.setattr(type(first), "least_force", 1e-6)
+    for run, share in ((first, 0.1), (second, -0.9)):
+        run.metrics._values["reaction_left_x"] = share * first.least_force
+        run.metrics._values["twist"] = share * 1e-10
+        run.metrics.units["twist"] = "degree"
+    rows = {row[0]: row for row in found.rows()}
+    assert rows["reaction_left_x"][-1] == rows["twist"][-1] == "rounding"
+    second.metrics._values["reaction_left_x"] = 1.1 * first.least_force
+    second.metrics._values["twist"] = 1.1e-10
+    rows = {row[0]: row for row in found.rows()}
+    assert rows["reaction_left_x"][-1].endswith("(+1e+03 %)")
+    assert rows["twist"][-1].endswith("(+1e+03 %)")
+
+
 def test_equal_runs_are_the_same(runs):
     found = ms.compare(runs / "one" / "run", runs / "other")
     assert found.names == ["run", "other"]

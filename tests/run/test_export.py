@@ -138,6 +138,8 @@ def test_chosen_and_straight(folder):
         ("--format", "vtk"): "no such format; ",
         ("--fields", "strain"): "no field 'strain' was written",
         ("--times", "soon"): "give numbers with commas",
+        ("--times", "1000"): "--times: 1000 is not between the first and the last frame",
+        ("--times", "nan"): "--times: nan is not between",
     }.items():
         done = command_line("export", folder, *arguments)
         assert done.status == 2

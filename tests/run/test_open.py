@@ -72,6 +72,31 @@ def test_metrics_have_units(finished):
     assert run.case["activation"]["beta"] == 0.3
 
 
+def test_a_misspelt_name_finds_the_known_one(finished):
+    """Of a metric and of a field; ``get`` and ``in`` are those of any mapping."""
+    run = ms.open(finished[0])
+    for names, word, known in (
+        (run.metrics, "celerty", "celerity"),
+        (run.frames[0], "potentail", "potential"),
+    ):
+        with pytest.raises(ms.InputError, match=f"'{word}'.* did you mean '{known}'") as caught:
+            names[word]
+        assert isinstance(caught.value, KeyError)
+        assert names.get(word, 3) == 3
+        assert word not in names
+        assert known in names
+
+
+def test_a_time_outside_of_the_run_has_no_frame(finished):
+    """The frames are 0.01 apart: half of that beyond the last is still nearest to it, more is a mistake."""
+    frames = ms.open(finished[0]).frames
+    half = np.diff(frames.times).max() / 2
+    assert frames.at(frames.times[-1] + 0.9 * half).time == frames.times[-1]
+    for time in (1000.0, -1.0, frames.times[-1] + 1.1 * half, np.nan):
+        with pytest.raises(ms.InputError, match="is not between the first and the last frame, 0 and "):
+            frames.at(time)
+
+
 def test_probes_and_measures_are_the_tables(finished):
     """Every number of the CSV files, under its probe, its quantity, its time; names are not mixed up."""
     folder, returned = finished

@@ -136,7 +136,8 @@ def test_a_grid_in_a_script(tmp_path):
     [
         (["startup-1d"], "a list of values"),
         (["startup-1d", "--set", "cell.alpha=[0.1]", "--resume"], "--out DIR"),
-        ([], "name a case"),
+        ([], "CASE: name a case"),
+        (["--resume", "--out", "nowhere"], "--out: nowhere holds no sweep to go on with"),
         (["startup-1d", "--set", "cell.alpha=[0.1]", "--set", "cell.alpha=[0.2]"], "given twice"),
         (["startup-1d", "--set", "cell.alpha=[0.1]", "--jobs", "0"], "--jobs: 0: give 1 or more"),
         (["none", "--set", "cell.alpha=[0.1]"], "no case is called 'none'"),

@@ -11,7 +11,7 @@ SOURCE = Path(__file__).parents[2] / "src" / "myostrain"
 #: Layers from the ground up. A part imports from those below it and from its own folder, never from above;
 #: parts of one layer do not know each other. A name is a folder, or a module at the top.
 LAYERS = [
-    {"errors"},
+    {"errors", "type_words"},
     {"kernel_cache", "blas"},
     {"engine"},
     {"validation", "state"},

@@ -55,6 +55,12 @@ def test_what_is_no_assignment(tmp_path, assignment):
     str(caught.value).encode()
 
 
+def test_a_decimal_comma_is_known(tmp_path):
+    """It is half of the world's way to write a number."""
+    with pytest.raises(InputError, match=r"'0,2' is not a number.*: write 0\.2, or \[0,2\] for a list"):
+        Case.from_file(write_case(tmp_path / "case.toml", LINE), ["activation.beta=0,2"])
+
+
 @pytest.mark.parametrize(
     "changes, key, words",
     [

@@ -11,6 +11,7 @@ WRONG = {
         "Stimulus.duration: .*greater than 0",
     ),
     "missing": (lambda: ms.Stimulus(strength=1.0, duration=1.0), "Stimulus.where: missing"),
+    "size": (ms.geometry.Rectangle, "Rectangle.size: missing; give a list of 2 numbers > 0"),
     "misspelt": (lambda: ms.activation.Proportional(bta=0.3), "Proportional.bta: .*did you mean 'beta'"),
     "together": (lambda: ms.Place(center=(0.0,), radius=1.0, boundary=("a",)), "Place: give one of"),
     "nothing": (lambda: ms.InitialValues(where=BALL), "InitialValues: give potential, or states"),

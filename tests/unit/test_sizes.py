@@ -158,6 +158,16 @@ def test_too_many_frames_are_refused(tmp_path, monkeypatch):
     assert size.output_bytes <= 10_000 + 3 * size.output_bytes / size.frames
 
 
+def test_a_full_disk_is_called_one(tmp_path, monkeypatch):
+    """Where not even two frames fit, no interval helps."""
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(0, 0, 100))
+    done = command_line("run", write_case(tmp_path / "case.toml", LINE), "--out", tmp_path / "out")
+    assert done.status == 2
+    assert f"--out: the disk of {tmp_path / 'out'} is full: " in done.err
+    assert "another disk" in done.err
+
+
 @pytest.mark.parametrize(
     "changes, key",
     [

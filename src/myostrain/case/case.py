@@ -170,7 +170,7 @@ class Case:
             raise InputError(f"no such section or key; {better}", dotted(unknown[0]))
         for section, needed in SECTIONS.items():
             if needed and section not in data:
-                raise InputError("this section is missing", section)
+                raise InputError("this section is missing; `myostrain show sheet-2d` prints a case", section)
             given = data.get(section, {})
             listed = (
                 section in LISTS and isinstance(given, list) and all(isinstance(g, Mapping) for g in given)

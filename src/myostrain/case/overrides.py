@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import logging
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -144,6 +145,12 @@ def _value(key: str, text: str) -> Any:
         # A shell takes the quotes away: a bare word, a number of a version or a path is a text.
         word = text.strip()
         if not word or not all(letter.isalnum() or letter in "-_./~+" for letter in word):
+            if re.fullmatch(r"[-+]?\d+,\d+", word):
+                raise InputError(
+                    f"'{text}' is not a number in TOML syntax: write {word.replace(',', '.')}, or "
+                    f"[{word}] for a list",
+                    f"--set {key}",
+                ) from None
             raise InputError(
                 f"'{text}' is not a value in TOML syntax (a text with spaces needs quotes of its own: "
                 f"--set '{key.strip()}=\"a text\"')",

@@ -14,7 +14,7 @@ from myostrain.errors import InputError, dotted, nearest, shown
 from myostrain.mechanics import Cavities
 from myostrain.membranes.variants import changes
 from myostrain.solvers.options import check_options
-from myostrain.validation import Finite, InvalidDescription, flat, plain_words
+from myostrain.validation import Finite, InvalidDescription, flat, missing, plain_words
 
 import pydantic
 
@@ -60,7 +60,7 @@ def make(
     where = (sections or {}).get(str(place[0]), section) if place else section
     key = ".".join([where, *map(str, place)])
     if found["type"] == "missing" and not isinstance(place[-1], int):
-        raise InputError("missing", key)
+        raise InputError(missing(cls if len(place) == 1 else type(None), str(place[-1])), key)
     if found["type"] == "unexpected_keyword_argument":
         inner = _descriptions(typing.get_type_hints(cls)[str(place[0])])
         known = [f.name for part in inner for f in dataclasses.fields(part)]

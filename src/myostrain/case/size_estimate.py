@@ -176,7 +176,13 @@ def _problem(case: Any, folder: Path | None) -> tuple[str, str] | None:
         return _finer(case, what, free)
     room = math.inf if folder is None else free_disk(folder)
     if size.output_bytes > room:
-        every = case.time.end * size.output_bytes / size.frames / max(room, 1.0)
+        if 2 * size.output_bytes / size.frames > room:  # no interval helps
+            return (
+                f"the disk of {folder} is full: two frames of {size.nodes:.3g} nodes need "
+                f"{2 * size.output_bytes / size.frames / GB:.2g} GB, and {room / GB:.2g} GB are free. "
+                "Make room, or name a folder on another disk"
+            ), "--out"
+        every = case.time.end * size.output_bytes / size.frames / room
         return (
             f"gives about {size.frames:.3g} frames of {size.nodes:.3g} nodes, which need "
             f"{size.output_bytes / GB:.3g} GB on the disk; {room / GB:.3g} GB are free: at least "

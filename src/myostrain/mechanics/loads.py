@@ -51,10 +51,10 @@ class Loads:
 
     Args:
         pressure: Follower pressure by named part, positive towards the body: P N = −p J F⁻ᵀ N. A number,
-            points (time, value) joined by straight lines, a function of the time, or a
-            :class:`Bestel2001Pressure`.
+            points (time, value) joined by straight lines, or the table of a :class:`Bestel2001Pressure`; in a
+            script also a function of the time.
         traction: Dead load by named part, per reference area: P N = t, a vector of the mesh's dimension
-            (1 to 3), points (time, vector), or a function of the time.
+            (1 to 3), or points (time, vector); in a script also a function of the time.
         body_force: Dead load per reference volume, a UFL vector of the mesh's dimension; None for none.
 
     Raises:

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 #: Keys that say nothing of what was computed.
 UNTOLD = ("name", "title", "cost")
 
+#: Units of metrics whose size alone says that they are zero, and up to which value.
+DIMENSIONLESS, ROUNDING = ("1", "degree"), 1e-10
+
 
 def compare(*folders: str | Path | Results) -> Comparison:
     """Put runs beside each other; no solver is loaded.
@@ -88,9 +91,19 @@ class Comparison:
         """A metric a row, as text: name, unit, the first run's value, of each other value and difference."""
         return [
             [name, "" if unit == "1" else unit, _number(values[0])]
-            + [text for value in values[1:] for text in (_number(value), _difference(values[0], value))]
+            + [
+                text
+                for value in values[1:]
+                for text in (_number(value), _difference(values[0], value, self._least(name)))
+            ]
             for name, (unit, values) in self._metrics().items()
         ]
+
+    def _least(self, name: str) -> float:
+        """Values of a metric up to this are zero but for rounding: forces that cancel, small pure numbers."""
+        if name.startswith("reaction_"):
+            return max(run.least_force for run in self.runs)
+        return ROUNDING if self._metrics()[name][0] in DIMENSIONLESS else 0.0
 
     def head(self) -> list[str]:
         """What the columns of :meth:`rows` are."""
@@ -235,12 +248,14 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.5g}"
 
 
-def _difference(first: float | None, value: float | None) -> str:
-    """A difference, and its share of the first value."""
+def _difference(first: float | None, value: float | None, least: float) -> str:
+    """A difference, and its share of the first value; of what is zero but for rounding there is none."""
     if first is None or value is None:
         return "–"
     if value == first:
         return "same"
+    if max(abs(first), abs(value)) <= least:
+        return "rounding"
     share = f" ({100 * (value - first) / abs(first):+.3g} %)" if first else ""
     return f"{value - first:+.3g}{share}"
 

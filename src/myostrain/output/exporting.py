@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 from xml.sax.saxutils import quoteattr
 
-from myostrain.errors import InputError, nearest, shown
+from myostrain.errors import InputError, nearest
 from myostrain.output.folder import check_path, part_of, write_atomically, writing
 from myostrain.output.frames import Frame, Frames
 from myostrain.output.manifest import claim, make_folder
@@ -132,10 +132,7 @@ def _series(
     for name in fields:
         if name not in known:
             raise InputError(f"no field '{name}' was written; {nearest(name, known)}", "--fields")
-    for time in times:
-        if not np.isfinite(time):
-            raise InputError(f"give times, not {shown(time)}", "--times")
-    chosen = sorted({int(np.abs(frames.times - time).argmin()) for time in times}) or range(len(frames))
+    chosen = sorted({reader.frame_at(time, "--times") for time in times}) or range(len(frames))
     quadratic = not linear and reader.snapshots.middles(0) is not None
     return Series(
         [frames[number] for number in chosen], deformed, quadratic, tuple(fields), maps, reader.fibres

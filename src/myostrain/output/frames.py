@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, overload
 
-from myostrain.errors import InputError, nearest
+from myostrain.errors import InputError, UnknownName, nearest
 from myostrain.output import strains
 from myostrain.output.reader import Reader
 
@@ -38,7 +38,7 @@ class Frame(Mapping[str, Array]):
         """Nodal values of a field."""
         names = self._reader.snapshots.names
         if name not in names:
-            raise InputError(f"no field '{name}' was written (output.fields); {nearest(name, names)}")
+            raise UnknownName(f"no field '{name}' was written (output.fields); {nearest(str(name), names)}")
         return self._reader.field(name, self._number)
 
     def __iter__(self) -> Iterator[str]:
@@ -218,11 +218,9 @@ class Frames(Sequence[Frame]):
         """The frame nearest to a time.
 
         Raises:
-            InputError: There is no frame.
+            InputError: There is no frame, or the time is before or after all of them.
         """
-        if not len(self):
-            raise InputError("no frame was written yet")
-        return self[int(np.abs(self.times - time).argmin())]
+        return self[self._reader.frame_at(time)]
 
     def history(self, name: str) -> Array:
         """Nodal values of a field at all frames: (frames, n), or (frames, n, dim) of the displacement.

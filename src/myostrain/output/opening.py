@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from myostrain.errors import InputError
+from myostrain.errors import InputError, UnknownName, nearest
 from myostrain.output import datasets
 from myostrain.output.exporting import Format, export
 from myostrain.output.folder import check_path, load_results
@@ -80,7 +80,15 @@ class Metrics(Mapping[str, float | None]):
         self.notes: dict[str, str] = dict(reader.results.get("notes", {}))
 
     def __getitem__(self, name: str) -> float | None:
-        """One metric."""
+        """One metric.
+
+        Raises:
+            UnknownName: There is none of the name, which is an ``InputError`` and a ``KeyError``.
+        """
+        if name not in self._values:
+            if not self._values:
+                raise UnknownName(f"no metric '{name}': the run has not reached its end and has none yet")
+            raise UnknownName(f"no metric is called '{name}'; {nearest(str(name), self._values)}")
         return self._values[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -151,6 +151,26 @@ class Reader:
         width = np.ptp(self.points, axis=0).max() ** (self.points.shape[1] - 1)
         return float(ROUNDING * width * self._about.get("modulus", 0.0))
 
+    def frame_at(self, time: float, key: str | None = None) -> int:
+        """The number of the frame nearest to a time.
+
+        Args:
+            time: The simulated time; beyond the ends by half the longest interval of frames at most.
+            key: What the time was given as, for the message.
+
+        Raises:
+            InputError: There is no frame, or the time is before or after all of them.
+        """
+        if not len(self.time):
+            raise InputError(f"{self.folder} holds no frame yet")
+        first, last = self.time[0], self.time[-1]
+        slack = 1e-6 * max(1.0, abs(last)) + np.diff(self.time).max(initial=0.0) / 2
+        if not first - slack <= time <= last + slack:
+            raise InputError(
+                f"{time:g} is not between the first and the last frame, {first:g} and {last:g}", key
+            )
+        return int(np.abs(self.time - time).argmin())
+
     def has(self, *names: str) -> bool:
         """Whether there are frames, with all these fields."""
         return self.recorded and len(self.time) > 0 and self.snapshots.names.issuperset(names)

@@ -166,11 +166,7 @@ class Snapshots:
     def __init__(self, folder: Path) -> None:
         self._folder = folder / "snapshots"
         if not (self._folder / "mesh.npz").is_file():
-            where = "is not a folder" if not folder.is_dir() else "holds no snapshots (snapshots/mesh.npz)"
-            raise InputError(
-                f"{folder} {where}; name the result folder of a run (--out), "
-                "one that wrote fields (output.fields not empty)"
-            )
+            raise InputError(f"{folder} {_without_frames(folder)}")
         with _opened(self._folder / "mesh.npz") as mesh:
             self.points: Array = np.asarray(mesh["points"], dtype=float)
             self.cells: npt.NDArray[np.int64] = np.asarray(mesh["cells"], dtype=np.int64)
@@ -222,6 +218,21 @@ class Snapshots:
             return {}
         with _opened(path) as data:
             return {name: np.array(data[name], dtype=float) for name in data.files}
+
+
+def _without_frames(folder: Path) -> str:
+    """Why there is nothing to show, and what to try."""
+    if not folder.is_dir():
+        where = "is a file" if folder.exists() else "is not there"
+        return f"{where}; name the result folder of a run (--out)"
+    if (folder / "sweep.json").exists():
+        return f"is a sweep; name one of its runs, such as {folder / '001'}"
+    if (folder / "case.toml").exists():
+        return (
+            "holds no frames (snapshots/mesh.npz): its run wrote no fields (output.fields was empty), or "
+            "stopped before the first one"
+        )
+    return "holds no frames (snapshots/mesh.npz); name the result folder of a run (--out)"
 
 
 def edges_of(cells: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:

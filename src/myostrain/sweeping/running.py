@@ -128,6 +128,12 @@ def sweep(
 def _planned(case: Any, values: Mapping[str, Any] | None, kept: Path, *, grid: bool, resume: bool) -> Plan:
     if case is None:
         if not resume or not kept.exists():
+            if resume:
+                raise InputError(
+                    f"{kept.parent} holds no sweep to go on with (sweep.json); name the folder of one, "
+                    "or a case",
+                    "--out",
+                )
             raise InputError("name a case, or go on with a sweep by --resume --out DIR", "CASE")
         if values:
             raise InputError("goes with CASE: a sweep that has begun has its values", "--set")

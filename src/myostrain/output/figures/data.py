@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from myostrain.errors import InputError
 from myostrain.output.figures.choice import choice
 from myostrain.output.figures.style import at_time, potential_range
 from myostrain.output.reader import Reader
@@ -72,17 +71,9 @@ class Recording(Reader):
         Raises:
             InputError: A time is before or after all frames.
         """
-        times, found = choice().times, []
-        for time in times:
-            slack = 1e-6 * max(1.0, abs(time)) + (np.diff(self.time).max() / 2 if len(self.time) > 1 else 0.0)
-            if not self.time[0] - slack <= time <= self.time[-1] + slack:
-                raise InputError(
-                    f"{time:g} is not between the first and the last frame, {self.time[0]:g} and "
-                    f"{self.time[-1]:g}",
-                    "--times",
-                )
-            found.append(int(np.abs(self.time - time).argmin()))
-        return list(dict.fromkeys(found)) if times else list(default)
+        times = choice().times
+        found = dict.fromkeys(self.frame_at(time, "--times") for time in times)
+        return list(found) if times else list(default)
 
     def when(self, frame: int) -> str:
         """The line that says when a frame is: "t = 0.35 ms"."""
