@@ -56,6 +56,14 @@ def test_a_page_holds_what_was_recorded(tmp_path):
     )
 
 
+def test_a_scale_may_end_at_zero(tmp_path):
+    """γ goes from −0.2 to 0, and is called by its letter."""
+    points, cells = np.linspace(0, 3, 4)[:, None], [[0, 1], [1, 2], [2, 3]]
+    write_snapshots(tmp_path, points, cells, [0.0], gamma=np.array([[-0.2, -0.1, 0.0, 0.0]]))
+    (gamma,) = held(view(tmp_path))["fields"]
+    assert (gamma["low"], gamma["high"], gamma["label"]) == (-0.2, 0.0, "γ")
+
+
 def test_of_a_solid_its_boundary_is_seen(tmp_path):
     """A cube of five tetrahedra has twelve triangles outside."""
     corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)

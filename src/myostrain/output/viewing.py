@@ -74,11 +74,11 @@ def _content(run: Recording) -> dict[str, Any]:
         raw = np.stack([run.field(name, frame)[nodes] for frame in frames])
         values = raw if raw.ndim == 2 else np.stack([scalar(each) for each in raw])
         cmap, norm, label = colours(run, name, values)
-        low, high = float(norm.vmin or 0.0), float(norm.vmax or 1.0)
+        low, high = float(norm.vmin or 0.0), float(norm.vmax or 0.0)  # both are there
         fields.append(
             {
                 "name": name,
-                "label": label.replace("$", ""),
+                "label": label.replace("$", "").replace(r"\gamma", "γ"),
                 "low": low,
                 "high": high,
                 "map": cmap,

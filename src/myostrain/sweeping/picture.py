@@ -36,7 +36,7 @@ def choose(rows: Rows, asked: Sequence[str] = ()) -> list[str]:
             raise InputError(f"no metric is called '{name}'; {nearest(name, rows.names)}", "--plot")
     if asked:
         return list(asked)
-    differing = [name for name in rows.names if _differs(rows.values(name))]
+    differing = [name for name in rows.names if _differs(rows.values(name)) and not rows.vanishes(name)]
     ordered = [name for name in FIRST if name in differing]
     return [*ordered, *(name for name in differing if name not in ordered)][:PANELS]
 

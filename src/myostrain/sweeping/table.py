@@ -60,6 +60,15 @@ class Rows:
         found = [self.metrics.get(member.name, {}).get(metric) for member in self.plan.members]
         return [np.nan if value is None else float(value) for value in found]
 
+    def vanishes(self, metric: str) -> bool:
+        """Whether a metric is a force that is zero but for rounding in every run."""
+        if not metric.startswith("reaction_"):
+            return False
+        return all(
+            abs(found.get(metric) or 0.0) <= Reader(self._folder / name).least_force
+            for name, found in self.metrics.items()
+        )
+
     def write_csv(self) -> None:
         """Write ``table.csv``."""
         text = io.StringIO()

@@ -43,8 +43,8 @@ def colours(recording: Recording, field: str, values: Array) -> tuple[str, Norma
     if field == "displacement":
         label = recording.label("displacement $|u|$", "length")
         return SEQUENTIAL, Normalize(0.0, float(values.max()) or 1.0), label
-    if field == "activation":
-        about = {"long_name": recording.activation_label}
+    if field in ("activation", "gamma"):
+        about = {"long_name": r"$\gamma$" if field == "gamma" else recording.activation_label}
     else:
         about = attributes(field, recording.units, recording.dim)
     unit = about.get("units")
