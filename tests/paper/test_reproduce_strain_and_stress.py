@@ -176,6 +176,16 @@ def test_calcium_of_rossi():
         assert law.equilibrium(np.array([calcium]), np.array([stretch]))[0] == pytest.approx(-0.15)
 
 
+def test_what_is_said_of_newtons_method():
+    """The claim on Newton's method at the quick settings, which a change of the solver may make untrue."""
+    made = jobs.jobs(True)
+    found = [made[f"{law} jumps"].run().numbers for law in jobs.LAWS]
+    claim = claims("strain-and-stress")["newton"]
+    assert judge(claim, {"as measured": numbers.newton(found)}).kind == "agrees"
+    turned = [{"strain": one["force"], "force": one["strain"], "stress": one["stress"]} for one in found]
+    assert judge(claim, {"as measured": numbers.newton(turned)}).kind == "does not agree"
+
+
 @pytest.mark.slow
 def test_verdicts_fail_where_they_should():
     """With the neo-Hookean law in place of all three, what is said of the others is not borne out."""

@@ -201,6 +201,10 @@ def readings(n: Mapping[str, Any]) -> dict[str, Any]:
                 "waves_refined_over_coarse": min(
                     b / a for one in slab for a, b in zip(one["waves"], one["waves"][1:], strict=False)
                 ),
+                "last_over_border": max(
+                    max(1.0 if at is None else at for at in run["reached"]) / n["slab"][approach]["border"]
+                    for approach, run in n["runs"].items()
+                ),
             }
         },
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from myostrain.activation.force_length import force_length
@@ -188,15 +188,7 @@ def readings(n: Mapping[str, Any]) -> dict[str, Any]:
                 "force_per_gamma": holzapfel["sensitivity"]["strain"]["activation"]["isometric"],
             }
         },
-        "newton": {
-            measured: {
-                "corrections": max(_over(one, "corrections", "force") for one in laws.values()),
-                "corrections_at_same_contraction": max(
-                    _over(one, "corrections", "stress") for one in laws.values()
-                ),
-                "jump": min(_over(one, "jump", "force") for one in laws.values()),
-            }
-        },
+        "newton": {measured: newton([one["jumps"] for one in laws.values()])},
         "staggering": {measured: _swings(laws)},
         "steps": {measured: _steps(laws)},
         "rossi": {
@@ -208,9 +200,17 @@ def readings(n: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _over(law: Mapping[str, Any], what: str, approach: str) -> float:
-    """A number of Newton's method with strain, over that with stress."""
-    return float(law["jumps"]["strain"][what] / law["jumps"][approach][what])
+def newton(laws: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """What is judged of Newton's method, from the jumps of each law: strain over stress, the worst law."""
+
+    def over(what: str, approach: str) -> list[float]:
+        return [float(jumps["strain"][what] / jumps[approach][what]) for jumps in laws]
+
+    return {
+        "corrections": max(over("corrections", "force")),
+        "corrections_at_same_contraction": max(over("corrections", "stress")),
+        "jump": min(over("jump", "force")),
+    }
 
 
 def _dashpots() -> float:

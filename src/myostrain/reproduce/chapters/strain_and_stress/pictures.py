@@ -105,7 +105,7 @@ def _staggering(measured: Measured) -> Figure:
                 shown = slice(0, 25)
                 ax.plot(np.clip(away[shown], -0.6, 0.6), mark, ms=2.5, lw=1, color=colour, label=scheme)
             gain = measured.numbers["laws"][name]["swings"][approach]["gain"][-1]
-            ax.set_title(f"{jobs.NAMES[name].split()[0]}: {approach}, k = {gain:.2f}", fontsize=9)
+            ax.set_title(f"{jobs.NAMES[name].split()[0]}: {approach}, k = {gain:.2f}", fontsize=8.5)
             ax.set_yscale("symlog", linthresh=1e-4)
             ax.set_ylim(-1, 1)
     for ax in rows[1]:

@@ -26,7 +26,7 @@ def _thresholds(measured: Measured) -> Figure:
         left.plot(curve, 1 + one["estimate"] / curve, ":", color=colour, lw=1.4)
         left.plot(one["conductances"], one["stretch"], "o", color=colour, ms=5, label=NAMES[name])
     left.plot([], [], ":", color=GREY, label="estimate, states at rest")
-    left.set(xlabel="conductance g", ylabel="stretch λ that excites", ylim=(1.0, 2.6), xlim=(0.3, 3.2))
+    left.set(xlabel="conductance g", ylabel="stretch λ that excites", ylim=(1.0, 3.0), xlim=(0.3, 3.2))
     left.legend(loc="upper right")
     held = measured.found["held"].arrays
     drives, wanted = held["drives"], (0.04, 0.05, 0.06, 0.1, 0.4, 2.0)
@@ -53,7 +53,8 @@ def _slow(measured: Measured) -> Figure:
     left.axhline(1 + drive, color=GREY, ls=":", label="at once, for ever")
     left.set(xscale="log", xlabel="time", ylabel="stretch λ that excites, g = 1")
     _plain(left, [time for time in TICKS if time <= max(n["ramp"]["times"])])
-    left.legend(loc="upper center")
+    _headroom(left, 0.4)
+    left.legend(loc="upper right")
     right.plot(n["segments"]["halves"], n["segments"]["drive"], "o-", color=GREEN, ms=5, lw=1.2)
     right.axhline(drive, color=GREY, ls=":", label="all of the line")
     right.set(
@@ -62,6 +63,12 @@ def _slow(measured: Measured) -> Figure:
     _plain(right, n["segments"]["halves"])
     right.legend(loc="upper right")
     return figure
+
+
+def _headroom(ax: Any, share: float) -> None:
+    """Room for a legend above what is drawn, as a share of its height."""
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, high + share * (high - low))
 
 
 def _plain(ax: Any, ticks: Sequence[float]) -> None:
