@@ -86,6 +86,9 @@ def nearest(word: str, known: Iterable[str]) -> str:
     """A half sentence that names what ``word`` may have been meant to be, or all that is known."""
     names = sorted(known)
     close = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
+    if not close:  # capitals, or none
+        small = {name.casefold(): name for name in names}
+        close = [small[name] for name in difflib.get_close_matches(word.casefold(), small, n=1, cutoff=0.5)]
     listed = f"known: {', '.join(names)}"
     return f"did you mean '{close[0]}'? ({listed})" if close else listed
 

@@ -9,7 +9,7 @@ import html
 import inspect
 import re
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, dataclass_transform
 
 from myostrain.engine import fem
@@ -86,12 +86,18 @@ def missing(cls: type, name: str) -> str:
 
 
 def deepest(error: pydantic.ValidationError) -> Any:
-    """Of a union's complaints, the one that went deepest, and about the value rather than the type."""
-    return max(error.errors(), key=lambda e: (len(e["loc"]), not e["type"].endswith("_type")))
+    """Of a union's complaints, the one that went deepest, and about the value rather than the type.
+
+    A name that is none may stand for one that is missing: it comes first.
+    """
+    return max(
+        error.errors(),
+        key=lambda e: (len(e["loc"]), e["type"].startswith("unexpected"), not e["type"].endswith("_type")),
+    )
 
 
-def refuse_former(given: Mapping[str, Any], former: Mapping[str, str], who: str) -> None:
-    """Refuse keywords that an object does not take; those of earlier versions with what became of them.
+def refuse_former(given: Mapping[str, Any], former: Mapping[str, str], cls: type) -> None:
+    """Refuse keywords that a class does not take; those of earlier versions with what became of them.
 
     Raises:
         InputError: A keyword of an earlier version.
@@ -99,8 +105,32 @@ def refuse_former(given: Mapping[str, Any], former: Mapping[str, str], who: str)
     """
     for name in given:
         if name in former:
-            raise InputError(f"{who} takes no '{name}' any more: {former[name]}")
-        raise TypeError(f"{who} takes no '{name}'")
+            raise InputError(f"{cls.__name__} takes no '{name}' any more: {former[name]}")
+        taken = inspect.signature(cls).parameters.values()
+        known = [keyword.name for keyword in taken if keyword.kind is not keyword.VAR_KEYWORD]
+        raise TypeError(f"{cls.__name__} takes no '{name}'; {nearest(name, known)}")
+
+
+def check_listed(values: Any, keyword: str, example: str, methods: Sequence[str]) -> None:
+    """Refuse what is no sequence of objects of a kind.
+
+    Args:
+        values: What was given.
+        keyword: As what.
+        example: The class of which such objects usually are.
+        methods: Attributes that they have.
+
+    Raises:
+        InputError: It is no sequence, or one of its entries lacks an attribute.
+    """
+    single = not isinstance(values, Sequence) or isinstance(values, str)
+    for value in [values] if single else values:
+        lacking = [method for method in methods if not hasattr(value, method)]
+        if isinstance(value, type) or lacking:
+            why = "it is a class" if isinstance(value, type) else f"it has no {lacking[0]}"
+            raise InputError(f"{keyword}: {shown(value)} is no {example}: {why}; give [{example}(...)]")
+    if single:
+        raise InputError(f"{keyword}: give a list, [{example}(...)], also of one")
 
 
 def remembers[**P](make: Callable[P, None]) -> Callable[P, None]:

@@ -44,6 +44,7 @@ def test_a_result_folder(tmp_path):
         ([MODEL, "--mass", "consistent"], 2, "mass: 'consistent' is not a mass matrix"),
         ([MODEL, "--set", "stimulus.strength=0.05"], 3, "no wave: the stimulus of 0.05 for 1 on"),
         ([MODEL, "--diffusivity", "1e-4", "--spacing", "0.5"], 3, "no wave: it stops at X ="),
+        ([MODEL, "--set", "tau_out=0.1"], 3, "the computation failed: no wave: a single cell"),
     ],
 )
 def test_wrong_input_and_no_wave(tmp_path, arguments, status, message):

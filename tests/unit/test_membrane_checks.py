@@ -55,6 +55,10 @@ WRONG = {
     ),
     "a state twice": (changed(states=("calcium", "calcium")), "give each state a name of its own"),
     "a taken name": (changed(states=("potential", "calcium")), "'potential', which is the name of another"),
+    "Python's if": (
+        changed(current=lambda self, v, states: 0.0 * v if v > 0 else v),
+        r"Mine\.current failed: ValueError: it decides by Python's if.* take numpy\.where",
+    ),
     "one rate for two states": (
         changed(rates=lambda self, v, states: (v - states[0],)),
         r"rates gives 1 for the states \['gate', 'calcium'\]; give one each",

@@ -12,6 +12,11 @@ WRONG = {
     ),
     "missing": (lambda: ms.Stimulus(strength=1.0, duration=1.0), "Stimulus.where: missing"),
     "size": (ms.geometry.Rectangle, "Rectangle.size: missing; give a list of 2 numbers > 0"),
+    "misspelt and so missing": (
+        lambda: ms.Stimulus(where=BALL, strenght=1.0, duration=1.0),
+        "Stimulus.strenght: no such parameter; did you mean 'strength'",
+    ),
+    "capitals": (lambda: ms.membranes.BuenoOrovio2008(set="endo"), "did you mean 'ENDO'"),
     "misspelt": (lambda: ms.activation.Proportional(bta=0.3), "Proportional.bta: .*did you mean 'beta'"),
     "together": (lambda: ms.Place(center=(0.0,), radius=1.0, boundary=("a",)), "Place: give one of"),
     "nothing": (lambda: ms.InitialValues(where=BALL), "InitialValues: give potential, or states"),
@@ -37,3 +42,29 @@ def test_a_potential_without_a_membrane():
         ms.Potential(body, cell=ms.membranes.FitzHughNagumo())
     with pytest.raises(ms.InputError, match="give a membrane"):
         ms.Potential(body)
+
+
+SHOCK = ms.Stimulus(where=BALL, strength=1.0, duration=1.0)
+NO_LISTS = {
+    "not a list": ({"stimuli": SHOCK}, r"stimuli: give a list, \[Stimulus\(...\)\], also of one"),
+    "a table": ({"stimuli": [{"center": [0.0]}]}, "stimuli: {'center': .* is no Stimulus: it has no share"),
+    "a class": ({"stimuli": [ms.Stimulus]}, "is no Stimulus: it is a class"),
+    "of another kind": ({"initial": [SHOCK]}, "initial: .* is no InitialValues: it has no apply"),
+    "variations": ({"variations": {"g": 1.0}}, "variations: .* is no Variation"),
+    "a word": ({"stretch_currents": "fibre"}, "stretch_currents: 'fibre' is no StretchCurrent"),
+}
+
+
+@pytest.mark.parametrize("given, message", NO_LISTS.values(), ids=NO_LISTS.keys())
+def test_what_is_no_list_of_descriptions(given, message):
+    """One message that says what to give, not that an object has no attribute."""
+    body = ms.build(ms.geometry.Line(length=2.0))
+    with pytest.raises(ms.InputError, match=message):
+        ms.Potential(body, membrane=ms.membranes.FitzHughNagumo(), **given)
+
+
+def test_an_unknown_keyword_names_the_nearest():
+    """TypeError, as Python has it, with what may have been meant."""
+    body = ms.build(ms.geometry.Line(length=2.0))
+    with pytest.raises(TypeError, match="Potential takes no 'diffusivty'; did you mean 'diffusivity'"):
+        ms.Potential(body, diffusivty=1.0)

@@ -320,7 +320,8 @@ def main() -> NoReturn:
     except InputError as error:
         status = _complain(str(error), 2)
     except ComputationError as error:
-        status = _complain(f"the computation failed {error}", 3)
+        colon = ":" if error.time is None else ""  # else "at t = ...:" follows
+        status = _complain(f"the computation failed{colon} {error}", 3)
     except typer.Exit as stop:
         status = stop.exit_code
     except KeyboardInterrupt:

@@ -22,7 +22,7 @@ from myostrain.membranes.reaction import Reaction
 from myostrain.solvers.linear import LinearSolver, Options, global_dofs, largest, owned_dofs, solver_options
 from myostrain.solvers.timing import timed
 from myostrain.state import State
-from myostrain.validation import refuse_former, remembers
+from myostrain.validation import check_listed, refuse_former, remembers
 
 import numpy as np
 import numpy.typing as npt
@@ -111,7 +111,7 @@ class Potential:
         options: Options | None = None,
         **former: Any,
     ) -> None:
-        refuse_former(former, FORMER, "Potential")
+        refuse_former(former, FORMER, Potential)
         if membrane is None:
             raise InputError("give a membrane, such as membrane=ms.membranes.FitzHughNagumo()", "cell.model")
         for value, what, key, allowed in (
@@ -129,6 +129,10 @@ class Potential:
                 f"{diffusivity}: give positive numbers, D or [along, across]", "potential.diffusivity"
             )
         check_membrane(membrane)
+        check_listed(stimuli, "stimuli", "Stimulus", ("share", "amount"))
+        check_listed(initial, "initial", "InitialValues", ("where", "apply"))
+        check_listed(variations, "variations", "Variation", ("where", "parameters"))
+        check_listed(stretch_currents, "stretch_currents", "StretchCurrent", ("conductance", "fitting"))
         self.body, self.membrane, self.balance = body, membrane, balance
         self.diffusivity = float(along), float(across)
         self.mass = mass

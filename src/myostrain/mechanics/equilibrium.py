@@ -103,7 +103,7 @@ class Mechanics(InNotebook):
         quadrature_degree: int | None = None,
         **former: Any,
     ) -> None:
-        refuse_former(former, FORMER, "Mechanics")
+        refuse_former(former, FORMER, Mechanics)
         supports, loads, active = supports or Supports(), loads or Loads(), active or Fibre()
         check_kinds(locals())
         check_fit(body, kinematics, material, relaxation_time, viscosity)

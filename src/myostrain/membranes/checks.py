@@ -173,6 +173,9 @@ def _called(membrane: Any, method: str, *arguments: Any) -> Any:
     try:
         return getattr(membrane, method)(*arguments)
     except (ArithmeticError, AttributeError, LookupError, NameError, TypeError, ValueError) as error:
+        said = str(error)
+        if "truth value of an array" in said:
+            said = "it decides by Python's if, and, or, which see one number; take numpy.where, &, |"
         raise InputError(
-            f"{type(membrane).__name__}.{method} failed: {type(error).__name__}: {error}", KEY
+            f"{type(membrane).__name__}.{method} failed: {type(error).__name__}: {said}", KEY
         ) from error
