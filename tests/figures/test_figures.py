@@ -347,6 +347,7 @@ def test_band_levels():
 
 def test_ranges():
     assert potential_range(np.array([-0.3, 1.1])) == (-0.2, 1.0)
+    assert potential_range(np.array([0.0, 1.28])) == (-0.2, 1.28)  # a plateau is not cut
     assert potential_range(np.array([-85.0, 40.0])) == (-85, 40)
     stress = np.append(np.full(10_000, -0.5), 1e6)
     assert symmetric_range(stress) == (-0.5, 0.5)

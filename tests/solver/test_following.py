@@ -98,6 +98,20 @@ def test_it_is_positive():
     assert np.linalg.eigvalsh(masses).min() > 0.02
 
 
+def test_it_is_given_up_where_a_front_is_as_narrow_as_a_cell():
+    """ "Where a cell has a part s of the whole height of the front, it gets 1 − s⁴ of the difference"."""
+    following = slab(2, (1.0, 0.0, 0.0)).past.front._following
+    cells = np.arange(2)
+    shape = np.array([[0.0, 0.2, 0.7, 1.0], [1.0, 0.1, 0.0, 0.4]])  # from the lowest to the highest corner
+    values = np.array([[1.0, -0.5, 0.3, 0.8], [0.2, 0.9, -1.0, 0.1]])
+    flat = following.difference(cells, 1e-6 * shape, values)
+    assert np.abs(flat).max() > 1e-3
+    for part in (0.3, 0.6, 0.9, 1.0):
+        found = following.difference(cells, part * following._span * shape, values)
+        np.testing.assert_allclose(found, (1 - part**4) * flat, rtol=1e-12, atol=1e-16)
+    np.testing.assert_allclose(following.difference(cells, 9.0 * shape, values), 0.0, atol=1e-16)
+
+
 def test_on_a_line_it_is_the_averaged_mass():
     """Whatever v is."""
     body = ms.build(ms.geometry.Line(length=3.0, spacing=1.0))

@@ -28,6 +28,8 @@ GREY = "#8c8c8c"
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 #: Ends of the scale of a potential that rests at 0 and peaks near 1.
 POTENTIAL = (-0.2, 1.0)
+#: A potential that rises above this is not cut at 1: some sets of Fenton and Karma have 1.2 to 1.3.
+PLATEAU = 1.15
 
 _STYLE = {
     "axes.edgecolor": "#444444",
@@ -147,14 +149,16 @@ def at_time(time: float) -> str:
 def potential_range(v: npt.NDArray[np.float64]) -> tuple[float, float]:
     """Ends (low, high) of the colour scale and the axis of a potential.
 
-    They are −0.2 and 1, the same in every figure, for the potentials of models without dimension; the data's
-    own extremes for others, say in millivolt.
+    They are −0.2 and 1, the same in every figure, for the potentials of models without dimension, and more
+    where a plateau is clearly above 1; the data's own extremes for others, say in millivolt.
 
     Args:
         v: Potential, any shape, not empty.
     """
     low, high = float(np.nanmin(v)), float(np.nanmax(v))
-    return POTENTIAL if low > -1 and high < 2 else (low, high)
+    if not (low > -1 and high < 2):
+        return low, high
+    return POTENTIAL if high < PLATEAU else (POTENTIAL[0], high)
 
 
 def symmetric_range(values: npt.NDArray[np.float64]) -> tuple[float, float]:
