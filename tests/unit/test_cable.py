@@ -93,6 +93,18 @@ def test_against_other_codes(name, parameters, D, converged, at_spacing):
     assert found.error < 3e-3 * found.velocity
 
 
+def test_the_extrapolation_cancels_an_error_of_second_order():
+    """Of 2 (1 + 4 e) and 2 (1 + e) it is 2; the error is what it is from the finer mesh."""
+    X = np.linspace(0.0, 10.0, 101)
+    waves = [
+        Wave(Cable(1.0, h, 0.01, 10.0, 1.0, (1.0, 1.0), 1.0), X, X / (2.0 * (1 + h**2)))
+        for h in (0.2, 0.1, 0.05)
+    ]
+    found = measuring.Conducted(M.MitchellSchaeffer2003(), waves)
+    assert found.velocity == pytest.approx(2.0, rel=1e-12)
+    assert found.error == pytest.approx(2.0 * 0.05**2, rel=1e-9)
+
+
 def test_velocity_goes_with_the_root_of_D():
     """On nodes that go with it: what is wanted is had at once, and the check run says so."""
     membrane = M.MitchellSchaeffer2003()

@@ -77,6 +77,17 @@ def test_the_human_ventricle():
     assert paced.alternans == abs(paced.beats[9]["apd90"] - paced.beats[8]["apd90"])
 
 
+def test_a_duration_ends_with_the_last_fall():
+    """docs/howto/cells.md: "until the potential falls, for the last time": here it rises once more."""
+    time = np.arange(9.0)
+    v = np.array([0.0, 1.0, 0.8, 0.4, 0.6, 0.8, 0.2, 0.05, 0.0])
+    found, notes = measure_beat(time, v[None], 0.5, (1.0, 1.0))
+    assert not notes
+    # From 0.5 at t = 0.5; 0.7 and 0.5 are passed downwards twice, 0.1 once.
+    expected = {"apd30": 5 + 1 / 6 - 0.5, "apd50": 5.5 - 0.5, "apd90": 6 + 2 / 3 - 0.5}
+    assert {name: found[name] for name in expected} == pytest.approx(expected)
+
+
 def test_without_a_compiler_scipy_takes_its_place(monkeypatch):
     """The same numbers, by LSODA."""
     membrane = M.BuenoOrovio2008()
