@@ -158,6 +158,13 @@ def test_too_many_frames_are_refused(tmp_path, monkeypatch):
     assert size.output_bytes <= 10_000 + 3 * size.output_bytes / size.frames
 
 
+def test_a_folder_where_nothing_can_be_is_not_called_full(tmp_path):
+    """/proc has no size: the message is about the folder, not about how many frames would fit."""
+    done = command_line("run", write_case(tmp_path / "case.toml", LINE), "--out", "/proc/new")
+    assert done.status == 2
+    assert "--out: the folder /proc/new cannot be written" in done.err
+
+
 def test_a_full_disk_is_called_one(tmp_path, monkeypatch):
     """Where not even two frames fit, no interval helps."""
     usage = namedtuple("usage", "total used free")

@@ -49,6 +49,8 @@ def free_disk(folder: Path) -> float:
     while not place.exists() and place != place.parent:
         place = place.parent
     try:
-        return float(shutil.disk_usage(place).free)
+        usage = shutil.disk_usage(place)
     except OSError:
         return math.inf
+    # What has no size at all, as /proc, is no disk: that nothing can be written there is said elsewhere.
+    return float(usage.free) if usage.total or usage.free else math.inf
