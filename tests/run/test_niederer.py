@@ -4,6 +4,7 @@ from myostrain.case.case import Case
 from myostrain.case.running import changed_problem, run_case
 from myostrain.cases import path
 from myostrain.output.codes import CONVERGED, compare_times, published_times
+from myostrain.output.figures import codes
 from myostrain.output.figures.codes import draw_codes
 
 import numpy as np
@@ -72,7 +73,7 @@ def test_what_codes_tend_to_is_that_of_the_finite_differences():
     np.testing.assert_allclose(middle, fine + share * (coarse - fine), rtol=0, atol=0.08)
 
 
-def test_published_times_and_their_picture(tmp_path):
+def test_published_times_and_their_picture(tmp_path, monkeypatch):
     """The data are those of the codes' own files, and a run is set beside them."""
     finest = {c["code"]: c["P8"] for c in published_times("niederer-3d") if c["spacing"] == 0.1}
     assert finest == {"fenicsx-beat": 37.93, "Cardioid": 45.13}
@@ -80,6 +81,11 @@ def test_published_times_and_their_picture(tmp_path):
     assert found["error"]["P8"] == pytest.approx(10 / 42.19 - 1)
     assert compare_times("niederer-3d", {"P8": {"activation_time": None}})["error"] == {}
     assert compare_times("slab-3d", {}) == {}
-    (file,) = draw_codes(tmp_path, {"published": found, "parameters": {"title": "a run"}})
+    results = {"published": found, "parameters": {"title": "a run"}, "units": {"length": "mm", "time": "ms"}}
+    (file,) = draw_codes(tmp_path, results)
     assert file.stat().st_size > 10_000
+    monkeypatch.setattr(codes, "save", lambda figure, path: figure)
+    (panel,) = draw_codes(tmp_path, results)[0].axes
+    assert panel.get_ylabel() == "activation time (ms)"
+    assert panel.get_legend().get_texts()[0].get_text() == "fenicsx-beat, P1 consistent mass, 0.5 mm"
     assert draw_codes(tmp_path, {"parameters": {}}) == []

@@ -31,6 +31,8 @@ def draw_codes(folder: Path, results: dict[str, Any]) -> list[Path]:
     points = list(found["times"])
     names = list(dict.fromkeys(code["code"] for code in found["codes"]))
     marks = dict(zip((0.1, 0.2, 0.5), "ov^", strict=True))
+    units = results.get("units", {})
+    length, time = units.get("length", ""), f" ({units['time']})" if "time" in units else ""
     with writing(folder / "figures"):
         make_folder(folder / "figures")
     with style():
@@ -49,7 +51,7 @@ def draw_codes(folder: Path, results: dict[str, Any]) -> list[Path]:
                     marks.get(spacing, "s"),
                     color=colour,
                     markersize=4,
-                    label=f"{name}, {code['method']}, {spacing:g}",
+                    label=f"{name}, {code['method']}, {spacing:g} {length}".rstrip(),
                 )
         panel.plot(range(len(points)), list(found["times"].values()), "D", color=COLOURS[0], label="this run")
         known = [(points.index(point), time) for point, time in found["converged"].items() if point in points]
@@ -57,6 +59,6 @@ def draw_codes(folder: Path, results: dict[str, Any]) -> list[Path]:
             at, limits = np.array(known).T
             panel.hlines(limits, at - 0.3, at + 0.6, color=GREY, label="converged")
         panel.set_xticks(range(len(points)), points)
-        panel.set(ylabel="activation time", yscale="log")
+        panel.set(ylabel=f"activation time{time}", yscale="log")
         panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8)
         return [save(figure, folder / "figures" / "published.png")]
