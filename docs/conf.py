@@ -17,6 +17,7 @@ language = "en-GB"
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
     "myst_nb",  # pages of MyST and notebooks
     "mathml",
     "docstrings",

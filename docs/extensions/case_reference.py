@@ -63,7 +63,7 @@ solver is refused, as it may run code or write files; `ksp_monitor`, `ksp_view` 
 
 
 def reference() -> str:
-    """The reference as Markdown, a heading a section."""
+    """The reference as Markdown, one heading per section."""
     sections = {
         "units": [keys(case.UnitsSection, intro=True)],
         "geometry": [choice("kind", case.GEOMETRIES), *variants("kind", case.GEOMETRIES)],

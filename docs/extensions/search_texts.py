@@ -17,9 +17,10 @@ window.fetch = (address, ...others) => {
 
 
 def contents(page: str) -> str:
-    """The main part of a page, without links, spans and formulas."""
+    """The main part of a page, without marks of headings, links, spans and formulas."""
     found = re.search(r'<article role="main".*?</article>', page, re.S)
-    return re.sub(r"</?(?:span|a)\b[^>]*>|<(math|svg)\b.*?</\1>", "", found[0], flags=re.S) if found else ""
+    text = re.sub(r'<a class="headerlink".*?</a>', "", found[0], flags=re.S) if found else ""
+    return re.sub(r"</?(?:span|a)\b[^>]*>|<(math|svg)\b.*?</\1>", "", text, flags=re.S)
 
 
 def add(app, pagename, templatename, context, doctree):
@@ -35,7 +36,7 @@ def write(app, exception):
         texts = {
             str(path.relative_to(folder)): contents(path.read_text(encoding="utf-8"))
             for path in sorted(folder.rglob("*.html"))
-            if path.name not in ("search.html", "genindex.html")
+            if path.name not in ("search.html", "genindex.html") and "_modules" not in path.parts
         }
         script = SCRIPT.replace("@TEXTS", json.dumps(texts, ensure_ascii=False))
         (folder / "_static" / NAME).write_text(script, encoding="utf-8")

@@ -11,6 +11,7 @@ Nothing is loaded before it is used: DOLFINx and MPI start with the first name t
 """
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 import myostrain_engine_first  # noqa: F401 - DOLFINx may be imported before or after
@@ -167,7 +168,9 @@ def __getattr__(name: str) -> Any:
     elif name in __all__:
         value = importlib.import_module(f"myostrain.{name}")
     else:
-        raise AttributeError(f"module 'myostrain' has no attribute '{name}'")
+        raise AttributeError(  # with both, Python names the nearest
+            f"module 'myostrain' has no attribute '{name}'", name=name, obj=sys.modules[__name__]
+        )
     globals()[name] = value
     return value
 

@@ -22,7 +22,7 @@ from myostrain.solvers.linear import largest
 from myostrain.solvers.timing import charged
 from myostrain.state import State
 from myostrain.transfer import SameMesh, Transfer
-from myostrain.validation import remembers
+from myostrain.validation import expect, remembers
 
 import numpy as np
 import numpy.typing as npt
@@ -73,13 +73,16 @@ class Electromechanics:
         activity: float | Array = 1.0,
         transfer: Transfer | None = None,
     ) -> None:
+        expect(potential, "begin", "potential", "ms.Potential(body, ...), before the mechanics")
         self.potential, self.mechanics = potential, mechanics
         self.scheme: Scheme = scheme or SecondOrder()
+        expect(self.scheme, "advance", "time.scheme", "ms.SecondOrder(every=4)")
         self.activation: NodalActivation | None = None
         self.feedback = 0.0
         self.time, self._end = 0.0, 0.0
         self._measured_step = 0.0  # the longest step for which the feedback is known
         if mechanics is not None:
+            expect(mechanics, "yields", "mechanics", "ms.Mechanics(body, ...)")
             self.transfer = transfer or SameMesh(mechanics)
             if potential.v.function_space.mesh is not self.transfer.mesh:
                 raise InputError(

@@ -96,6 +96,16 @@ def deepest(error: pydantic.ValidationError) -> Any:
     )
 
 
+def expect(thing: Any, method: str, key: str, example: str) -> None:
+    """Refuse what is no object with a method: a word, a class, an object of another kind.
+
+    Raises:
+        InputError: It is none.
+    """
+    if isinstance(thing, type) or not hasattr(thing, method):
+        raise InputError(f"{shown(thing)}: give an object, such as {example}", key)
+
+
 def refuse_former(given: Mapping[str, Any], former: Mapping[str, str], cls: type) -> None:
     """Refuse keywords that a class does not take; those of earlier versions with what became of them.
 

@@ -257,6 +257,13 @@ def test_lines_of_code_fit(page):
         assert [line for line in block.splitlines() if len(line) > 110] == []
 
 
+def test_names_of_the_reference_lead_to_their_source(site):
+    folder, _ = site
+    assert 'href="_modules/myostrain/run/simulation.html#Simulation"' in (folder / "api.html").read_text()
+    source = (folder / "_modules" / "myostrain" / "run" / "simulation.html").read_text(encoding="utf-8")
+    assert 'id="Simulation"' in source
+
+
 def test_the_search_has_excerpts_without_a_server(site):
     """Its page loads the text of every page, as a browser fetches none of a site that is opened as files."""
     folder, _ = site
@@ -265,4 +272,6 @@ def test_the_search_has_excerpts_without_a_server(site):
     texts = json.loads(script.split("const TEXTS = ", 1)[1].split(";\nconst fetched", 1)[0])
     assert set(texts) >= {name.replace(".md", ".html") for name in PAGES}
     assert "checkpoint" in texts["howto/resume.html"]
+    assert "¶" not in texts["glossary.html"]
+    assert not [name for name in texts if name.startswith("_modules")]
     assert all('role="main"' in texts[name.replace(".md", ".html")] for name in PAGES)

@@ -1,5 +1,7 @@
 """Descriptions in a script: one message of our own, with class, parameter and what is allowed."""
 
+import traceback
+
 import myostrain as ms
 
 import pytest
@@ -33,6 +35,35 @@ def test_wrong_values_are_one_message(make, message):
         make()
     assert "pydantic" not in str(caught.value)
     assert "ArgsKwargs" not in str(caught.value)
+
+
+def test_objects_in_the_wrong_place():
+    """A word, a class, points without names, two that were mixed up: what to give is said."""
+    body = ms.build(ms.geometry.Line(length=4.0))
+    potential = ms.Potential(body, membrane=ms.membranes.FitzHughNagumo())
+    mechanics = ms.Mechanics(body, kinematics=ms.kinematics.Line(), material=ms.materials.Spring())
+    model = ms.Electromechanics(potential)
+    for message, wrong in {
+        r"geometry: 'pulse-1d': give an object, such as ms\.geometry\.Line": lambda: ms.build("pulse-1d"),
+        r"geometry: <class .*: give an object, such": lambda: ms.build(ms.geometry.Line),
+        r"potential: .*before the mechanics": lambda: ms.Electromechanics(mechanics, potential),
+        r"mechanics: .*such as ms\.Mechanics": lambda: ms.Electromechanics(potential, potential),
+        r"time\.scheme: 'implicit': give an": lambda: ms.Electromechanics(potential, scheme="implicit"),
+        r"probes: \[\(1\.0,\)\]: .* by name": lambda: ms.Simulation(
+            model, step=0.1, end=1.0, probes=[(1.0,)]
+        ),
+        r"probes\.a: 1\.0: give a finite": lambda: ms.Simulation(model, step=0.1, end=1.0, probes={"a": 1.0}),
+        r"'pulse-1d' is a named case, no file": lambda: ms.Case.from_file("pulse-1d"),
+    }.items():
+        with pytest.raises(ms.InputError, match=message):
+            wrong()
+
+
+def test_a_misspelt_name_of_the_package_is_known_to_python():
+    """It names the nearest where it shows the error."""
+    with pytest.raises(AttributeError) as caught:
+        ms.Simulaton  # noqa: B018
+    assert "Did you mean: 'Simulation'?" in "".join(traceback.format_exception(caught.value))
 
 
 def test_a_potential_without_a_membrane():

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from myostrain import geometry, kinematics
+from myostrain import cases, geometry, kinematics
 from myostrain.activation import FibreTension
 from myostrain.case import building
 from myostrain.case.exclusions import check_drive, check_rigid
@@ -127,6 +127,8 @@ class Case:
             InputError: The file cannot be read, is not TOML, or says what cannot be.
         """
         path = Path(path)
+        if str(path) in cases.names() and not path.exists():
+            raise InputError(f"'{path}' is a named case, no file: give cases.path('{path}')", "FILE")
         geometry.readable(path, "FILE")
         try:
             if path.stat().st_size > MAX_FILE:

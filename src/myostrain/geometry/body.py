@@ -11,7 +11,7 @@ from myostrain.engine import MPI, lasting
 from myostrain.errors import InputError
 from myostrain.geometry.fibres import Fibres, Microstructure, UniformFibres
 from myostrain.geometry.meshed import Meshed
-from myostrain.validation import shown_in_notebook
+from myostrain.validation import expect, shown_in_notebook
 
 import numpy as np
 import numpy.typing as npt
@@ -140,6 +140,7 @@ def build(geometry: Any, fibres: Fibres | None = None, comm: Any = MPI.COMM_WORL
     Raises:
         InputError: No fibres on a body of more than one dimension, or an unusable geometry.
     """
+    expect(geometry, "mesh", "geometry", "ms.geometry.Line(length=40.0)")
     meshed = geometry.mesh(comm)
     if fibres is None:
         if meshed.mesh.geometry.dim > 1:

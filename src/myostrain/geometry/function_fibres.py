@@ -26,7 +26,7 @@ WITHIN = 1e-6
 class FunctionFibres:
     """Fibre directions by a function of the material coordinates, of any length: they are normalized.
 
-    A function of NumPy takes points X of shape (n, dim), a row a point, and gives directions (n, dim). It is
+    A function of NumPy takes points X of shape (n, dim), one per row, and gives directions (n, dim). It is
     asked at the corners of each cell. Between them the direction is linear, made a unit vector: an error of
     second order. Directions that are opposite are the same fibre. A symbolic function takes
     ``ufl.SpatialCoordinate`` and gives a UFL vector, which holds exactly at every point.
@@ -104,7 +104,7 @@ def _nodal(function: Callable[[Any], Any], mesh: Any, key: str) -> fem.Function:
         problem = f"raises {type(error).__name__}: {error}; it is given points of shape (n, {dim})"
     points = inner.reshape(-1, dim)
     if not problem and values.shape != points.shape:
-        problem = f"gives the shape {values.shape} for points {points.shape}; give a direction a point"
+        problem = f"gives the shape {values.shape} for points {points.shape}; give one direction per point"
     elif not problem:
         lengths = np.linalg.norm(values, axis=1)
         wrong = np.flatnonzero(~((lengths > 0) & np.isfinite(lengths)))

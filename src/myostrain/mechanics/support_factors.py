@@ -109,7 +109,7 @@ def factor_on(body: Body, part: str, function: Callable[[Array], Array]) -> fem.
 
 def _wrong(values: Array, X: Array) -> str:
     if values.shape != X.shape[:1]:
-        return f"gives the shape {values.shape} for points {X.shape}; give a number a point"
+        return f"gives the shape {values.shape} for points {X.shape}; give one number per point"
     bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0)))
     if len(bad):
         where = [float(f"{x:.6g}") for x in X[bad[0]]]

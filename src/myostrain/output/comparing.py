@@ -88,7 +88,7 @@ class Comparison:
         return found
 
     def rows(self) -> list[list[str]]:
-        """A metric a row, as text: name, unit, the first run's value, of each other value and difference."""
+        """One row per metric, as text: name, unit, the first value, each other value and difference."""
         return [
             [name, "" if unit == "1" else unit, _number(values[0])]
             + [
@@ -111,7 +111,7 @@ class Comparison:
         return ["metric", "unit", self.names[0], *others]
 
     def case_rows(self) -> list[list[str]]:
-        """A key a row, as text: the key and the value of each run."""
+        """One row per key, as text: the key and the value of each run."""
         return [
             [key, *("–" if value is None else _short(value) for value in values)]
             for key, values in self.case.items()
@@ -144,7 +144,7 @@ class Comparison:
         return draw_comparison(self.runs, self.names, Path(path))
 
     def draw_loops(self, path: str | Path) -> Path | None:
-        """Draw the pressure–volume loops of the last beats of all runs over each other, a panel a cavity.
+        """Draw the pressure–volume loops of the last beats of all runs over each other, one panel per cavity.
 
         Args:
             path: The picture; its ending says the format.

@@ -88,7 +88,7 @@ def export(
 
     Args:
         folder: The result folder of a run.
-        format: "vtkhdf" (one file), "vtu" (a file a frame, and ``fields.pvd``), "xdmf" (with an HDF5 file).
+        format: "vtkhdf" (one file), "vtu" (one per frame, and ``fields.pvd``), "xdmf" (with an HDF5 file).
         out: Where to write; ``folder/export`` unless given. Files of earlier calls are replaced.
         fields: Which fields to write; all unless given.
         times: The frames nearest to these times; all unless given.
@@ -144,7 +144,7 @@ def _claimed(path: Path) -> Path:
     return path
 
 
-# VTU: a file a frame.
+# VTU: one file per frame.
 
 
 def _vtu(series: Series, out: Path) -> Path:

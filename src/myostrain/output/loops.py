@@ -1,4 +1,4 @@
-"""Pressure–volume loops of cavities: ``cavities.csv``, a row a solve of mechanics, and what a beat gives."""
+"""Pressure–volume loops of cavities: ``cavities.csv``, one row per solve, and what a beat gives."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from myostrain.engine import MPI, fem, lasting
-from myostrain.errors import InputError
+from myostrain.errors import InputError, shown
 from myostrain.geometry.body import extent
 from myostrain.geometry.points import cells_at
 from myostrain.output.beats import Activations, Beats, Repolarization
@@ -36,15 +36,17 @@ class Probes:
     """
 
     def __init__(self, space: fem.FunctionSpace, points: Mapping[str, Sequence[float]]) -> None:
+        if not isinstance(points, Mapping):
+            raise InputError(f"{shown(points)}: give points by name, such as {{'a': (1.0, 2.0)}}", "probes")
         self.names = list(points)
         self._comm = lasting(space.mesh.comm)
         dim = space.mesh.geometry.dim
         self.positions = np.zeros((len(points), 3))
         for row, (name, point) in enumerate(points.items()):
-            given = np.asarray(tuple(point), dtype=float)
-            if not dim <= given.size <= 3 or not np.isfinite(given).all():
-                count = "a finite coordinate" if dim == 1 else f"{dim} finite coordinates"
-                raise InputError(f"{list(point)}: give {count}", f"probes.{name}")
+            given = np.asarray(point, dtype=float)
+            if given.ndim != 1 or not dim <= given.size <= 3 or not np.isfinite(given).all():
+                count = "a finite coordinate, such as [1.0]" if dim == 1 else f"{dim} finite coordinates"
+                raise InputError(f"{given.tolist()}: give {count}", f"probes.{name}")
             self.positions[row, : given.size] = given
         self.mine, self.cells, self._weights = self._locate(space, dim)
         self.corners: Indices = space.dofmap.list[self.cells]

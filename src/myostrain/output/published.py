@@ -177,7 +177,7 @@ def wall_strains(rest: Array, deformed: Array) -> Array:
 
 
 def write(found: Mapping[str, Any], lines: Mapping[str, Array], benchmark: Benchmark, out: Path) -> None:
-    """Say what was found, and write ``lines.csv``: a row a point, at rest and deformed (one process)."""
+    """Say what was found, and write ``lines.csv``: one row per point, at rest and deformed (one process)."""
     for name, entry in found.items():
         low, high = entry["published"]
         verdict = "within" if entry["within"] else "outside of"

@@ -1,4 +1,4 @@
-"""Tables that grow with a run: ``probes.csv`` and ``measures.csv``, a row a sampled time."""
+"""Tables that grow with a run: ``probes.csv`` and ``measures.csv``, one row per sampled time."""
 
 from __future__ import annotations
 

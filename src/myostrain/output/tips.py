@@ -71,7 +71,7 @@ def crossings(cells: Numbers, a: Array, b: Array) -> tuple[Numbers, Array, Array
 
 
 class TipTable:
-    """``tip.csv``: a row a tip and time, with its place in the reference body, X, Y, and the deformed, x, y.
+    """``tip.csv``: one row per tip and time, with its place at rest, X, Y, and deformed, x, y.
 
     The column ``sense`` is the sign of ∇v × ∇(rate): 1 where the spiral turns anticlockwise, −1 clockwise.
     With a state in place of the rate it is the other way round if that state rises in an excited cell.

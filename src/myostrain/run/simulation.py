@@ -116,7 +116,7 @@ class Simulation(InNotebook):
         self._setup = setup_seconds
         self._comm = lasting(model.potential.body.comm)
         self._files = file_digests(self._case.pop("files", {}), self._comm)
-        self._points = dict(probes or {})
+        self._points = probes or {}
         self.probes = Probes(model.potential.v.function_space, self._points)
         self.out = None if out is None else Path(out)
         self._lock = None

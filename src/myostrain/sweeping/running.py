@@ -1,4 +1,4 @@
-"""A sweep: a case over values of its keys, a folder a run, one table; resumable."""
+"""A sweep: a case over values of its keys, one folder per run, one table; resumable."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def sweep(
     """Run a case over values of its keys; each run is a process of its own and has its own folder.
 
     A run that fails is reported and left, and the others go on. ``out`` gets ``table.csv`` and ``table.nc``,
-    a row a run, and pictures of metrics and of pressure–volume loops.
+    one row per run, and pictures of metrics and of pressure–volume loops.
 
     Args:
         case: A named case, a case file (a text with "/" or ".toml", or a path), or a case; None goes on with

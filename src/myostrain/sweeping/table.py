@@ -1,4 +1,4 @@
-"""The table of a sweep: a row a run, with the swept keys, how it ended, and every metric."""
+"""The table of a sweep: one row per run, with the swept keys, how it ended, and every metric."""
 
 from __future__ import annotations
 

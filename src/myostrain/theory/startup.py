@@ -184,7 +184,7 @@ def _checked(
             f"cells name the nodes {nodes.min()} to {nodes.max()}: they must lie in 0 to {len(X) - 1}"
         )
     if v.shape != (len(X),):
-        raise ValueError(f"v has the shape {v.shape}: give one value a node, ({len(X)},)")
+        raise ValueError(f"v has the shape {v.shape}: give one value per node, ({len(X)},)")
     if J.shape not in ((), (len(nodes),)):
         raise ValueError(f"J has the shape {J.shape}: give one number, or one a cell, ({len(nodes)},)")
     for name, value in dict(points=X, v=v).items():

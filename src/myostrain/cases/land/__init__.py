@@ -1,4 +1,4 @@
-"""What is published of the cases of Land et al. 2015, and converged values, as data; a file a case.
+"""What is published of the cases of Land et al. 2015, and converged values, as data; one file per case.
 
 ``[quantities.NAME]``: a coordinate (``axis``) of the deformed position of a material ``point``; ``what`` it
 is; ``published``, least and largest value, and ``source``; ``converged``, the value that finer and finer

@@ -1,4 +1,4 @@
-"""What the paper states and what the page says of it, as data; a file a chapter.
+"""What the paper states and what the page says of it, as data; one file per chapter.
 
 ``title``, ``introduction``, ``remarks``: of the chapter.
 ``[claims.NAME]``: ``where``, ``quote``, ``because`` (why these bounds),

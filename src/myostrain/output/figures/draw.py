@@ -130,7 +130,7 @@ def _check_fields(run: Recording) -> None:
 def _signals(
     run: Recording, times: Array, signals: dict[str, Array], label: str, level: float, path: Path
 ) -> list[Path]:
-    """Values over time, a curve a name, and a thin line at a level."""
+    """Values over time, one curve per name, and a thin line at a level."""
     if len(times) < 2 or not signals:
         return []
     figure = new_figure(7.2, 3.4, run.heading)

@@ -19,7 +19,7 @@ LISTED = 12
 def draw_loops_beside(
     runs: Sequence[tuple[str, Reader]], path: Path, title: str = "", least: int = 1
 ) -> list[Path]:
-    """Draw the last beat of each run, a panel a cavity.
+    """Draw the last beat of each run, one panel per cavity.
 
     Args:
         runs: What each is called, and the run; those without cavities are left out.

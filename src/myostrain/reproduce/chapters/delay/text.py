@@ -100,7 +100,7 @@ def data(measured: Measured) -> dict[str, dict[str, Any]]:
 
 
 def _laws(measured: Measured, membrane: str) -> dict[str, Any]:
-    """A row a law: its parameters, nothing where it has none of the name, and what it does."""
+    """One row per law: its parameters, nothing where it has none of the name, and what it does."""
     settings = jobs.map_settings(membrane, measured.quick)
     arrays = measured.found[f"{membrane} map"].arrays
     names = ("relaxation_time", "threshold", "rise", "fall", "alpha", "mu")

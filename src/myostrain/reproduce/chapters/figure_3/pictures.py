@@ -69,7 +69,7 @@ def _fibres(panel: Any) -> None:
 
 
 def _pair(what: str, measured: Measured) -> Figure:
-    """Potential above, trace of the stress below, a column a run, one scale a row."""
+    """Potential above, trace of the stress below, one column per run, one scale per row."""
     runs = [measured.found[f"{kind}{what}"] for kind in ("stress", "strain")]
     names = ("plane stress", "plane strain")
     figure = new_figure(7.2, 8.5, compress=True)
