@@ -397,6 +397,19 @@ def test_the_feedback_is_measured_at_the_nodes():
         line(law=Mixed(w=2.0), length=5.0).start()
 
 
+def test_the_feedback_counts_the_potential_from_rest():
+    """check_well_posed, "v counted from rest": β < 1/2 is the bound with a membrane in millivolts, too."""
+
+    def made(beta):
+        membrane = ms.membranes.BuenoOrovio2008()
+        law = Proportional(beta=beta)
+        return line(law=law, membrane=membrane, length=5.0, initial=lambda X: np.full_like(X, -84.0))
+
+    assert made(0.45).feedback == pytest.approx(strength(0.45), rel=1e-9)
+    with pytest.raises(ms.InputError, match="ill-posed"):
+        made(0.51)
+
+
 @pytest.mark.parametrize("scheme", [ms.Staggered(), ms.SecondOrder()], ids=lambda s: type(s).__name__)
 def test_the_feedback_within_a_step_is_measured(scheme):
     """over_a_step: of β, what the state takes over in a step; with drivers at its middle half of the change.
