@@ -1,5 +1,9 @@
 """What the chapters on delay and on human pulses measure with: courses, filters, pulses that travel."""
 
+import copy
+import functools
+import operator
+
 from myostrain.activation import Rossi2014
 from myostrain.activation.force_length import force_length
 from myostrain.reproduce.chapters.delay import jobs, numbers
@@ -227,6 +231,69 @@ def test_the_verdict_on_viscosity_follows_the_numbers():
     assert judge(claim, {"as measured": good}).kind == "agrees"
     for fault in ({"laws_with_both": 1}, {"membranes_delayed": 1}, {"longest_of_delayed": 1.3}):
         assert judge(claim, {"as measured": good | fault}).kind == "does not agree"
+
+
+def delays():
+    """Numbers of the chapter with which each of its claims is borne out."""
+    row = {"rise_delay": 0.0, "repolarization": 270.0, "peak_delay": 80.0, "tenth_length": 1.0,
+           "delay_share": 0.3, "shortening_share": 0.85, "peak": 0.2}  # fmt: skip
+    rows = {name: dict(row) for name in ("BOCF at once", "FHN at once")}
+    rows["BOCF at once"]["peak_delay"] = 1.0
+    rows |= {name: row | {"tenth_length": 1.4} for name in ("BOCF relaxing", "BOCF relaxing, sheet")}
+    weak = row | {"peak_delay": 200.0, "peak": 0.04, "shortening_share": 0.15}
+    rows |= {"BOCF rossi": dict(weak), "TTP06 rossi": weak | {"tenth_length": 1.24}}
+    viscosity = {"delayed": 8, "both": 0, "longest_of_delayed": 1.15,
+                 "least_delay_of_outlasting": 0.47, "compared": 0.86}  # fmt: skip
+    one = {
+        "repolarization": 270.0,
+        "viscosity": viscosity,
+        "relaxing": {"delay_by_fall": 0.001, "compared": 0.85},
+        "rossi": {"both": 0},
+    }
+    errors = {"delay_share": 0.003, "tenth_length": 0.005, "peak": 0.004}
+    return {"rows": rows, "maps": {"BOCF": copy.deepcopy(one), "FHN": one}, "map_errors": {"BOCF": errors}}
+
+
+@pytest.mark.parametrize(
+    "path, value, claim",
+    [
+        ("rows.FHN at once.rise_delay", -20.0, "at-once"),
+        ("rows.BOCF at once.peak_delay", 5.0, "at-once"),
+        ("rows.FHN at once.tenth_length", 0.8, "at-once"),
+        ("rows.BOCF at once.tenth_length", 1.2, "at-once"),
+        ("maps.FHN.viscosity.delayed", 0, "viscosity"),
+        ("maps.BOCF.viscosity.both", 1, "viscosity"),
+        ("maps.FHN.viscosity.longest_of_delayed", 1.3, "viscosity"),
+        ("maps.BOCF.viscosity.least_delay_of_outlasting", 0.3, "viscosity"),
+        ("rows.BOCF relaxing, sheet.delay_share", 0.1, "relaxing"),
+        ("rows.BOCF relaxing.delay_share", 0.4, "relaxing"),
+        ("rows.BOCF relaxing, sheet.tenth_length", 1.1, "relaxing"),
+        ("rows.BOCF relaxing.shortening_share", 0.7, "relaxing"),
+        ("maps.FHN.relaxing.delay_by_fall", 0.05, "relaxing"),
+        ("rows.TTP06 rossi.peak_delay", 90.0, "calcium"),
+        ("rows.TTP06 rossi.tenth_length", 1.0, "calcium"),
+        ("rows.BOCF rossi.tenth_length", 1.2, "calcium"),
+        ("maps.BOCF.rossi.both", 1, "calcium"),
+        ("rows.BOCF rossi.peak", 0.1, "calcium"),
+        ("maps.BOCF.viscosity.compared", 0.7, "cost"),
+        ("maps.BOCF.relaxing.compared", 0.7, "cost"),
+        ("rows.TTP06 rossi.shortening_share", 0.3, "cost"),
+        ("map_errors.BOCF.peak", 0.05, "local"),
+    ],
+)
+def test_verdicts_on_delays_turn_with_the_numbers(path, value, claim):
+    """Each number that is judged, at its worst of all rows: one that is off turns its own verdict alone."""
+    made = delays()
+    known = claims("delay")
+
+    def verdicts():
+        judged = numbers.readings(made)
+        return {name: judge(one, judged[name]).kind == "agrees" for name, one in known.items()}
+
+    assert all(verdicts().values())
+    *way, last = path.split(".")
+    functools.reduce(operator.getitem, way, made)[last] = value
+    assert {name for name, agrees in verdicts().items() if not agrees} == {claim}
 
 
 def human(celerities):
