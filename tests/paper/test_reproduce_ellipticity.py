@@ -1,8 +1,12 @@
 """What the chapter on ellipticity measures with: material points, borders, what follows the stretch."""
 
+import functools
+import operator
+
 from myostrain.errors import ComputationError
 from myostrain.reproduce import build, chapters
 from myostrain.reproduce.build import csv_text
+from myostrain.reproduce.chapters.ellipticity import jobs, numbers
 from myostrain.reproduce.measurements import ellipticity
 from myostrain.reproduce.measurements.points import (
     Points,
@@ -12,6 +16,7 @@ from myostrain.reproduce.measurements.points import (
     material,
     tension_for,
 )
+from myostrain.reproduce.verdict import claims, judge
 
 import numpy as np
 import pytest
@@ -135,3 +140,74 @@ def test_groups_of_chapters():
     assert build._chosen(["ellipticity", "springs"]) == ["springs", "ellipticity"]
     assert build._chosen([]) == chapters.names()
     assert csv_text({"a": ["x", "y"], "b": np.array([0.1, np.nan])}) == "a,b\nx,0.1\ny,\n"
+
+
+def measured():
+    """Numbers of the chapter with which each of its claims is borne out."""
+    borders = {"fibre plane": {"active_below": 0.5}, "tension plane": {"active_below": 0.6}}
+    laws = {name: {"borders": borders} for name in ("Guccione1995", "Usyk2002")}
+    laws["Usyk2002"]["isometric"] = {"transversely isotropic": -0.3331}
+    lost = {
+        "strain_gamma": -0.16,
+        "stress_gamma": -0.33,
+        "strain_earliest_stretch": 1.14,
+        "frozen_gamma": None,
+    }
+    following = {name: dict(lost) for name in jobs.EXPONENTIAL}
+    following |= {name: lost | {"strain_gamma": -0.25, "stress_gamma": -0.15} for name in jobs.POLYNOMIAL}
+    slab = {"passive": {"border": 0.71, "borders": [0.64, 0.68], "waves": [7, 11]}}
+    return {
+        "identity_error": 1e-14,
+        "same_sign": 1.0,
+        "lost_share": 0.4,
+        "least_polynomial": 0.4,
+        "tension_error": 1e-14,
+        "limits": {"push": -1.0, "slopes": [-9.0], "closed_form": [-9.0], "line": 0.5},
+        "kinking_error": 1e-5,
+        "laws": laws,
+        "following": following,
+        "curve_peak": 0.97,
+        "slab": slab,
+        "runs": {"passive": {"reached": [0.55, 0.6]}},
+    }
+
+
+@pytest.mark.parametrize(
+    "path, value, claim",
+    [
+        (("identity_error",), 1e-3, "frozen"),
+        (("same_sign",), 0.99, "frozen"),
+        (("lost_share",), 0.0, "frozen"),
+        (("least_polynomial",), -0.1, "frozen"),
+        (("tension_error",), 1e-3, "tension"),
+        (("limits", "push"), 1.0, "tension"),
+        (("limits", "slopes", 0), -8.9, "tension"),
+        (("kinking_error",), 0.01, "exponential"),
+        (("laws", "Usyk2002", "borders", "fibre plane", "active_below"), 0.7, "exponential"),
+        (("laws", "Usyk2002", "isometric", "transversely isotropic"), -0.4, "exponential"),
+        (("following", "NeoHookean", "frozen_gamma"), -0.2, "following"),
+        (("following", "Usyk2002", "strain_earliest_stretch"), 0.95, "following"),
+        (("following", "Guccione1995", "strain_gamma"), -0.34, "which-first"),
+        (("following", "Guccione1995", "stress_gamma"), -0.1, "which-first"),
+        (("following", "MooneyRivlin", "stress_gamma"), -0.3, "which-first"),
+        (("following", "MooneyRivlin", "stress_gamma"), None, "which-first"),
+        (("limits", "line"), 0.6, "line"),
+        (("slab", "passive", "borders"), [0.64, 0.72], "slab"),
+        (("slab", "passive", "borders"), [0.68, 0.64], "slab"),
+        (("slab", "passive", "waves"), [7, 7], "slab"),
+        (("runs", "passive", "reached"), [0.55, 0.75], "slab"),
+        (("runs", "passive", "reached"), [0.55, None], "slab"),
+    ],
+)
+def test_verdicts_turn_with_the_numbers(path, value, claim):
+    """One number that is off turns the verdict that rests on it, and no other."""
+    made, known = measured(), claims("ellipticity")
+
+    def verdicts():
+        judged = numbers.readings(made)
+        return {name: judge(one, judged[name]).kind == "agrees" for name, one in known.items()}
+
+    assert all(verdicts().values())
+    *way, last = path
+    functools.reduce(operator.getitem, way, made)[last] = value
+    assert {name for name, agrees in verdicts().items() if not agrees} == {claim}
