@@ -1,8 +1,11 @@
 """The chapters on stretch currents: thresholds and estimates against SciPy, verdicts from the numbers."""
 
 import myostrain as ms
+from myostrain.reproduce.chapters.stretch_feedback import numbers as feedback
 from myostrain.reproduce.chapters.stretch_feedback.numbers import readings as of_feedback
+from myostrain.reproduce.chapters.stretch_threshold import jobs, numbers
 from myostrain.reproduce.chapters.stretch_threshold.numbers import readings
+from myostrain.reproduce.jobs import Found
 from myostrain.reproduce.measurements import (
     clamped_sheet,
     matched,
@@ -155,6 +158,38 @@ def test_verdicts_follow_from_the_numbers(changed, claim):
         assert claim in failed
     else:
         assert failed == ([] if claim is None else [claim])
+
+
+def test_numbers_of_the_outcomes():
+    """From made-up outcomes: mean and spread of drives, estimates beside closed forms, which points fired."""
+    estimates = {"AlievPanfilov1996": 0.045, "FitzHughNagumo": 0.26, "MitchellSchaeffer2003": 0.01}
+    found = {name: Found({"drive": [0.05, 0.06], "estimate": estimates[name]}) for name in jobs.MEMBRANES}
+    still = {"held": 0.0, "moved": 1e-17, "sheared": 0.0}
+    both = ("conservative", "advective")
+    found |= {f"{name} {balance}": Found(dict(still)) for name in jobs.WITHOUT for balance in both}
+    found[f"{list(jobs.WITHOUT)[-1]} advective"].numbers["sheared"] = 1e-3
+    found |= {name: Found({"stretch": [1.1, 1.2]}) for name in ("ramp", "brief")}
+    fired = {"fired": [False, False, True, True], "swing": [1e-8, 2e-8, 1e-5, 0.0]}
+    found |= {
+        "segments": Found({"drive": [0.09, 0.06]}),
+        "held": Found(fired, {"drives": np.array([0.03, 0.05, 0.06, 2.0])}),
+    }
+    made = numbers.numbers(found, True)
+    assert made["largest_without"] == 1e-3
+    assert made["thresholds"]["AlievPanfilov1996"]["mean_drive"] == pytest.approx(0.055)
+    assert made["thresholds"]["AlievPanfilov1996"]["spread"] == pytest.approx(0.01 / 0.055)
+    assert made["closed_form_error"] == pytest.approx(0.04)
+    held = made["held"]
+    assert (held["last_silent"], held["first_fired"], held["largest_swing"]) == (0.05, 0.06, 1e-5)
+
+
+@pytest.mark.parametrize(
+    "silent, beats, pacemaker", [(None, 3.0, True), (None, 2.9, False), (50.0, 4.0, False)]
+)
+def test_what_a_pacemaker_is(silent, beats, pacemaker):
+    """ "a pacemaker has three upstrokes at least by t = 60 and goes on"."""
+    judged = feedback._judged(Found({"silent": silent, "beats": beats}, {"excited": np.array([0.1, 0.4])}))
+    assert (judged["pacemaker"], judged["widest"]) == (pacemaker, 0.4)
 
 
 # What a stretch current does on clamped bodies.
