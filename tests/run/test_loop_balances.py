@@ -187,7 +187,9 @@ def test_a_small_beat(tmp_path):
 def test_a_whole_heartbeat(tmp_path):
     """The heart with other resistances, compliance, pressures and calcium."""
     case = Case.from_file(cases.path("heartbeat-3d"), HEART)  # to 290 ms 1e-3, and the work to 2e-5
-    run_case(case, tmp_path / "out", comm=ALONE, figures=False)
+    results = run_case(case, tmp_path / "out", comm=ALONE, figures=False)
+    # With the material's own switch of tension, a tenth as wide, filling takes hundreds.
+    assert results["solver"]["mechanics"]["factorizations"] < 200
     given = case.parameters
     shape = given["geometry"]
     check(tmp_path / "out", given["circulation"], shape["endocardium"], shape["base"], 4e-3)
