@@ -257,6 +257,23 @@ def test_a_circulation_without_states_is_named():
         broken.start(0.0)
 
 
+@pytest.mark.parametrize("given", [PrescribedPressure(pressure=0.3), PrescribedVolume(volume=HALF)])
+def test_derivatives_of_a_share(given):
+    """Where a step is followed in smaller jumps, the derivatives are those of a jump's own equations."""
+    mechanics, step = half_sphere(given, spacing=8.0), 1e-5
+    cavities, u = mechanics.cavities, mechanics.u.x.array
+    cavities.begin(0.0)
+    cavities.go(0.3)
+    before, by_u, by_pressure = cavities.equations()
+    moved = np.random.default_rng(1).standard_normal(len(u))
+    u += step * moved
+    np.testing.assert_allclose((cavities.equations()[0] - before) / step, by_u @ moved, rtol=1e-4, atol=1e-9)
+    u -= step * moved
+    cavities.put(cavities.numbers + step)
+    np.testing.assert_allclose((cavities.equations()[0] - before) / step, by_pressure[0], atol=1e-9)
+    assert np.abs(by_u).max() + np.abs(by_pressure).max() > 0.9
+
+
 def test_more_than_the_ventricle_holds():
     """A volume that the wall cannot hold ends with what it held and what was asked, in words."""
     mechanics = half_sphere(PrescribedVolume(volume=((0.0, HALF), (1.0, 1e9))), spacing=8.0)

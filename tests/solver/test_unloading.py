@@ -6,6 +6,7 @@ from myostrain.engine import fem
 from myostrain.geometry import EllipsoidalFibres, Ventricle
 from myostrain.kinematics import Solid
 from myostrain.materials import NeoHookean
+from myostrain.mechanics import unloading
 
 import numpy as np
 import pytest
@@ -110,6 +111,21 @@ def test_fibres_are_carried_back():
     turned = np.abs(np.einsum("ci,ci->c", directions(reference.fibres), given))
     assert along.min() > 1 - 1e-12
     assert turned.min() < 0.999
+
+
+def test_no_cell_is_inverted():
+    """A correction that would turn a cell over is shortened, however well the body finds an equilibrium."""
+    body = image()
+    carried = unloading._Carried(body)
+    nodes = body.mesh.geometry.x
+    moved, loads = ms.geometry.Body(body.meshed, carried.directions), ms.Loads(pressure={"endocardium": 0.1})
+    mechanics = ms.Mechanics(moved, loads=loads, **parts())
+    search = unloading._Search(mechanics, carried, nodes.copy(), 1.0)
+    corners = nodes[body.mesh.geometry.dofmaps[0][0]]
+    step = np.zeros_like(nodes)  # one corner goes through the opposite face of its cell
+    step[body.mesh.geometry.dofmaps[0][0][0]] = 1.5 * (corners[1:].mean(axis=0) - corners[0])
+    assert not search._go(step)
+    assert carried.follow() > unloading.THIN
 
 
 def test_no_reference():
