@@ -289,15 +289,14 @@ class Reaction:
         if self._noticed:
             return
         node = int(np.argmin(slope)) if len(slope) else -1
-        mine = (float(slope[node]), [round(float(x), 6) for x in place(node)]) if len(slope) else (0.0, [])
-        least, where = mine
-        if self._comm.size > 1:
-            least = self._comm.allreduce(mine[0], op=MPI.MIN)
+        mine = float(slope[node]) if node >= 0 else 0.0
+        least = self._comm.allreduce(mine, op=MPI.MIN) if self._comm.size > 1 else mine
         if not least < -step.weight:
             return
-        if self._comm.size > 1:
-            where = min(self._comm.allgather(mine))[1]
         self._noticed = True
+        # Only now, not in each step: places of all nodes take longer than a step of the membrane.
+        here = [round(float(x), 6) for x in place(node)] if node >= 0 else []
+        where = min(self._comm.allgather((mine, here)))[1]
         longest = step.length * step.weight / -least
         size = 10.0 ** np.floor(np.log10(longest))
         log.warning(
