@@ -11,6 +11,7 @@ from test_figures import line, sheet
 
 from picture_tools import finish, names, pixels
 from small_cases import command_line
+from snapshot_files import write_snapshots
 
 
 def test_formats_and_resolution(tmp_path):
@@ -56,6 +57,7 @@ def test_fields_of_a_line(tmp_path):
         (["--times", "a"], "--times: 'a': give numbers"),
         (["--times", "3"], "--times: 3 is not between the first and the last frame, 0 and 1"),
         (["--fields", "potental"], "--fields: there is no 'potental' to draw; did you mean 'potential'"),
+        (["--fields", "ecg"], "holds nothing to draw of ecg"),
     ],
 )
 def test_what_cannot_be_chosen(tmp_path, arguments, words):
@@ -63,6 +65,15 @@ def test_what_cannot_be_chosen(tmp_path, arguments, words):
     done = command_line("plot", tmp_path, *arguments)
     assert done.status == 2
     assert words in done.err
+
+
+def test_what_was_not_written_is_no_picture(tmp_path):
+    """Here there is no stress: that is said, and the picture that there is does not hide it."""
+    write_snapshots(tmp_path, np.array([[0.0], [1.0]]), [[0, 1]], [0.0], potential=np.zeros((1, 2)))
+    with pytest.raises(
+        InputError, match="--fields: no field 'stress_trace' was written, which 'stress' shows"
+    ):
+        draw(tmp_path, Choice(fields=["potential", "stress"]))
 
 
 def test_a_choice_is_checked():

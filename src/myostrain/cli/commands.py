@@ -61,7 +61,10 @@ def common(
 
 @app.command("list")
 def list_cases() -> None:
-    """List the cases that ship, with what each shows and costs."""
+    """List the cases that ship, with what each shows and costs.
+
+    Seconds are those of two free cores, loading and pictures included, once the equations are compiled.
+    """
     import tomllib
 
     from myostrain import cases

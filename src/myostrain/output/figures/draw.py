@@ -66,12 +66,14 @@ def draw(folder: Path, wanted: Choice | None = None) -> list[Path]:
         The files written, in the order above; empty if the run ended before its first frame.
 
     Raises:
-        InputError: The folder holds no snapshots, a file in it cannot be read, or nothing can be
-            written into it.
+        InputError: The folder holds no snapshots or nothing of what is wanted, a file in it cannot be read,
+            or nothing can be written into it.
     """
     folder, wanted = Path(folder), wanted or Choice()
     with choosing(wanted):
         written = _draw(folder)
+    if wanted.fields and not written:
+        raise InputError(f"{folder} holds nothing to draw of {', '.join(wanted.fields)}", "--fields")
     formats = [f".{name}" for name in wanted.formats]
     return [
         path.with_suffix(suffix)
@@ -123,6 +125,12 @@ def _check_fields(run: Recording) -> None:
     maps = [each.name for each in nodal_maps(run)]
     known = {*run.snapshots.names, *PICTURES, *maps, *OTHERS}
     for name in choice().fields:
+        if name in PICTURES and not run.has(PICTURES[name]):
+            raise InputError(
+                f"no field '{PICTURES[name]}' was written, which '{name}' shows: add it to output.fields and "
+                "run again",
+                "--fields",
+            )
         if name not in known:
             raise InputError(f"there is no '{name}' to draw; {nearest(name, known)}", "--fields")
 

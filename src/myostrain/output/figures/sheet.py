@@ -30,6 +30,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 from PIL import Image
 
@@ -141,7 +142,10 @@ def _stills(recording: Recording, field: str, frames: list[int], path: Path) -> 
     if len(frames) == 1:
         _bar(figure, panels[0], image, label, extend=extended)
     else:
-        bar = figure.colorbar(image, ax=panels, location="bottom", shrink=0.5, aspect=35, extend=extended)
+        ticks = MaxNLocator(5)  # of which labels as long as −0.175 still stand apart
+        bar = figure.colorbar(
+            image, ax=panels, location="bottom", shrink=0.5, aspect=35, extend=extended, ticks=ticks
+        )
         bar.set_label(label)
         bar.outline.set_visible(False)
     return save(figure, path)
