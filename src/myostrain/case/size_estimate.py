@@ -176,13 +176,14 @@ def _problem(case: Any, folder: Path | None) -> tuple[str, str] | None:
         return _finer(case, what, free)
     room = math.inf if folder is None else free_disk(folder)
     if size.output_bytes > room:
-        if 2 * size.output_bytes / size.frames > room:  # no interval helps
+        frame = size.output_bytes / size.frames
+        if 3 * frame > room:  # no interval helps
             return (
-                f"the disk of {folder} is full: two frames of {size.nodes:.3g} nodes need "
-                f"{2 * size.output_bytes / size.frames / GB:.2g} GB, and {room / GB:.2g} GB are free. "
+                f"the disk of {folder} is full: three frames of {size.nodes:.3g} nodes need "
+                f"{3 * frame / GB:.2g} GB, and {room / GB:.2g} GB are free. "
                 "Make room, or name a folder on another disk"
             ), "--out"
-        every = case.time.end * size.output_bytes / size.frames / room
+        every = case.time.end / (room / frame - 2)  # beside the first frame and the last
         return (
             f"gives about {size.frames:.3g} frames of {size.nodes:.3g} nodes, which need "
             f"{size.output_bytes / GB:.3g} GB on the disk; {room / GB:.3g} GB are free: at least "
