@@ -92,7 +92,7 @@ class Recovery:
             first = error
         else:
             return
-        for remedy in STATIC_REMEDIES if self._static() else REMEDIES:
+        for remedy in self._remedies():
             self.model.restore(good)
             check_finite(self.model)  # nothing can be done if it was not before
             record = {"time": good["time"], "reason": first.reason, "remedy": remedy[0], "helped": False}
@@ -107,6 +107,13 @@ class Recovery:
             return
         self.model.restore(good)
         raise first if first.time is not None else first.at(good["time"])
+
+    def _remedies(self) -> tuple[tuple[str, int, bool, bool], ...]:
+        """What to try: where time has no part in it, no more than another solver, if it is another one."""
+        mechanics = self.model.mechanics
+        if mechanics is None or not self._static():
+            return REMEDIES
+        return () if mechanics.solver.pivots else STATIC_REMEDIES
 
     def _static(self) -> bool:
         """Whether the body follows loads and activation at once, and both are given over time."""

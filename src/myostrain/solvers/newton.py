@@ -137,6 +137,12 @@ class ChordNewton:
         """Drop the factorization: the next solve begins with a fresh tangent."""
         self._ready, self._rate, self._first, self._unchecked = False, math.inf, 0.0, 0
 
+    @property
+    def pivots(self) -> bool:
+        """Whether corrections are found by a factorization that pivots, so that another one hardly helps."""
+        pc = self.ksp.getPC()
+        return pc.getType() in ("lu", "cholesky") and pc.getFactorSolverType() == "mumps"
+
     @contextmanager
     def direct_solver(self) -> Iterator[None]:
         """Solve by a direct solver with pivots for a while."""
@@ -329,7 +335,8 @@ class ChordNewton:
             self._renew()
         size, damping = self._correction(), 1.0
         first, mixing = size, Anderson(self._memory, self._measured, self._comm)
-        began, since = size, 0  # the correction when the tangent was renewed last, and how many since
+        # The correction when the tangent was renewed last, how many since, and their slowest contraction.
+        began, since, slow = size, 0, 0.0
         # Corrections at the level of round-off need not shrink.
         negligible = max(1e-3 * self.tolerance, 1e-14 * largest(before[self._measured], self._comm))
         for iteration in range(1, self._max + 1):
@@ -353,7 +360,7 @@ class ChordNewton:
                     self._assemble()
                     self._renew()
                     fresh, kept, size, damping = True, False, self._correction(), 1.0
-                    began, since = size, 0
+                    began, since, slow = size, 0, 0.0
                 else:
                     self._dx.x.array[: self._owned], damping = step[: self._owned], damping / 2
                     if self._border is not None:
@@ -367,9 +374,9 @@ class ChordNewton:
             if damping == 1.0:
                 if kept and iteration == 1:
                     self._rate, self._first = contraction, first
-                # What is left after this correction; combined ones do not contract evenly.
-                slow = max(contraction, mean) if self._memory else contraction
-                left = size if self._memory else size * contraction
+                # What is left after this correction; none contract evenly, and least after the first of them.
+                slow = max(contraction, mean if self._memory else slow)
+                left = size if self._memory else (4 if since == 1 else 2) * slow * size
                 if slow < 1 and left / (1 - slow) <= self.tolerance:
                     self._put(self._get() - self._step())
                     return iteration
@@ -377,7 +384,7 @@ class ChordNewton:
                 self._renew()
                 mixing.clear()
                 fresh, kept, size = True, False, self._correction()
-                began, since = size, 0
+                began, since, slow = size, 0, 0.0
             damping = min(1.0, 2 * damping)
         self._assemble()
         where = place_of_largest(self._unknown.function_space, self._b.x.array)
