@@ -116,9 +116,9 @@ class Heart:
         Ce = Fe.T * Fe
         I4f, I4s, I8 = ufl.dot(f0, Ce * f0), ufl.dot(s0, Ce * s0), ufl.dot(f0, Ce * s0)
 
-        def squared(x):  # of what is stretched, with a switch that is smooth over 0.01
+        def squared(x):  # of what is stretched, with a switch that is smooth over 0.1, as the case has it
             tension = ufl.max_value(x, 0.0)
-            return tension**2 * (1 - (1 - ufl.min_value(tension / 0.01, 1.0)) ** 3)
+            return tension**2 * (1 - (1 - ufl.min_value(tension / 0.1, 1.0)) ** 3)
 
         energy = (
             A / (2 * B) * (ufl.exp(B * (ufl.tr(Ce) - 3)) - 1)
