@@ -54,6 +54,25 @@ def test_bisection():
         startup.bisect(lambda x: True, 0.1, 0.9, 1e-4)
 
 
+@pytest.mark.parametrize("turn", [0.3217, 0.1, 0.8999, 2.0])
+@pytest.mark.parametrize("guess", [0.32, 0.7, 0.05, 5.0])
+def test_a_guess_saves_runs_and_changes_nothing(turn, guess):
+    """The same value to the last bit, and half of the runs where the guess is good; a bad one costs two."""
+    asked = []
+
+    def fires(x):
+        asked.append(x)
+        return x > turn
+
+    plain = startup.bisect(fires, 0.1, 0.9, 6e-3)
+    runs = len(asked)
+    asked.clear()
+    assert startup.bisect(fires, 0.1, 0.9, 6e-3, guess) == plain
+    assert len(asked) <= runs + 2
+    if (turn, guess) == (0.3217, 0.32):
+        assert len(asked) <= runs - 4
+
+
 @pytest.mark.parametrize("mode", ["coupled", "held"])
 def test_thresholds_are_those_of_finite_differences(mode):
     """Section 6: the least height of a bump of half-width 2 that fires, at the paper's Δx = 1, against the

@@ -26,7 +26,14 @@ FIRED = 0.5
 LOST = 0.5
 
 
-def threshold(case: Mapping[str, Any], shape: str, low: float, high: float, tolerance: float) -> Found:
+def threshold(
+    case: Mapping[str, Any],
+    shape: str,
+    low: float,
+    high: float,
+    tolerance: float,
+    guess: float | None = None,
+) -> Found:
     """The least height of a bump that fires, by bisection: a taller one is taken to fire, too.
 
     Args:
@@ -35,6 +42,7 @@ def threshold(case: Mapping[str, Any], shape: str, low: float, high: float, tole
         low: A height that does not fire.
         high: The largest height to be tried.
         tolerance: Width of the last interval.
+        guess: About where it is, which saves runs and does not change the outcome.
 
     Returns:
         Numbers: ``threshold``, the middle of the last interval, None where ``high`` does not fire.
@@ -48,7 +56,7 @@ def threshold(case: Mapping[str, Any], shape: str, low: float, high: float, tole
     def fires(height: float) -> bool:
         return _fires(made, model, _bump(made, model, shape, height))
 
-    return Found({"threshold": bisect(fires, low, high, tolerance)})
+    return Found({"threshold": bisect(fires, low, high, tolerance, guess)})
 
 
 def least_stretch(case: Mapping[str, Any], low: float, high: float, tolerance: float) -> Found:
@@ -200,23 +208,36 @@ def _cube(n: int) -> tuple[Array, Array]:
     return X, np.concatenate([corners[:, None] + path for path in paths])
 
 
-def bisect(fires: Callable[[float], bool], low: float, high: float, tolerance: float) -> float | None:
+def bisect(
+    fires: Callable[[float], bool], low: float, high: float, tolerance: float, guess: float | None = None
+) -> float | None:
     """The value at which ``fires`` turns true, None if it is false at ``high``.
+
+    With a guess, intervals of the bisection that are wider than four tolerances are passed over if the one
+    about the guess holds the value.
 
     Raises:
         ValueError: It is true at ``low``.
     """
-    if not fires(high):
-        return None
-    if fires(low):
-        raise ValueError(f"{low} fires: the bisection must begin below the threshold")
+    near = (low, high)
+    while guess is not None and near[1] - near[0] > 4 * tolerance:
+        near = _half(near, guess < sum(near) / 2)
+    if near != (low, high) and fires(near[1]) and not fires(near[0]):
+        low, high = near
+    else:
+        if not fires(high):
+            return None
+        if fires(low):
+            raise ValueError(f"{low} fires: the bisection must begin below the threshold")
     while high - low > tolerance:
-        middle = (low + high) / 2
-        if fires(middle):
-            high = middle
-        else:
-            low = middle
+        low, high = _half((low, high), fires((low + high) / 2))
     return (low + high) / 2
+
+
+def _half(interval: tuple[float, float], lower: bool) -> tuple[float, float]:
+    low, high = interval
+    middle = (low + high) / 2
+    return (low, middle) if lower else (middle, high)
 
 
 def _bump(case: ms.Case, model: ms.Electromechanics, shape: str, height: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from myostrain.reproduce.chapters.settings import HELD, RIGID
@@ -44,6 +45,20 @@ BRACKETS: dict[str, dict[float, tuple[float, float]]] = {
                  40: (0.14, 0.2)},
     "gaussian, w = 0": {3: (0.22, 0.28), 6.5: (0.15, 0.17), 20: (0.105, 0.12)},
 }  # fmt: skip
+#: About where the thresholds of the quick settings are: what is known already is not sought again.
+GUESSES: dict[tuple[str, str, float], float] = {
+    ("paper", "coupled", 1.0): 0.628,
+    ("paper", "coupled", 2.0): 0.367,
+    ("paper", "coupled", 6.0): 0.196,
+    ("paper", "coupled", 40.0): 0.153,
+    ("paper", "held", 1.0): 0.499,
+    ("paper", "held", 2.0): 0.327,
+    ("paper", "rigid", 40.0): 0.157,
+    ("fine", "coupled", 2.0): 0.458,
+    ("fine", "held", 2.0): 0.395,
+    ("smooth", "rigid", 3.0): 0.354,
+    ("smooth, w = 0", "coupled", 6.5): 0.1605,
+}
 #: The half-widths at which the region of (5.2) is drawn.
 DENSE = [float(w) for w in (1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 36, 40)]
 #: Last intervals of the bisections, with and without recovery, at the quick and at the full settings.
@@ -128,7 +143,10 @@ def jobs(quick: bool) -> dict[str, Job]:
     tolerance, closer = TOLERANCES[quick]
     for family, mode, width in entries(quick):
         limit = tolerance if FAMILIES[family][3] else closer
-        made[f"{family} {mode} {width:g}"] = _threshold_job(mode, FAMILIES[family], width, limit)
+        job = _threshold_job(mode, FAMILIES[family], width, limit)
+        if quick:
+            job = replace(job, parameters={**job.parameters, "guess": GUESSES[family, mode, width]})
+        made[f"{family} {mode} {width:g}"] = job
     for family, (shape, spacing, sampling, _) in FAMILIES.items():
         widths = widths_of(family, quick)
         settings = {"shape": shape, "spacing": spacing, "sampling": sampling}
