@@ -28,7 +28,7 @@ TIMES = np.array([0.0, 0.5, 2.0])
 
 @pytest.fixture(params=BODIES)
 def folder(request, tmp_path):
-    """Results with a potential, and a displacement that bends the edges."""
+    """Results with a potential, a displacement that bends the edges, and a fibre of each cell."""
     points, cells = BODIES[request.param]
     dim, n = points.shape[1], len(points)
     edges = len(np.unique(np.sort(np.array([c[[i, j]] for c in cells for i, j in pairs(dim)])), axis=0))
@@ -43,6 +43,8 @@ def folder(request, tmp_path):
         displacement=0.1 * rng.random((3, n, dim)),
         **{"displacement.middles": 0.1 * rng.random((3, edges, dim))},
     )
+    with np.load(tmp_path / "snapshots" / "mesh.npz") as mesh:
+        np.savez(tmp_path / "snapshots" / "mesh.npz", **{**mesh, "fibres": rng.random((len(cells), dim))})
     return tmp_path
 
 
@@ -60,6 +62,12 @@ def nodes(run, frame, name):
         middles = run._reader.snapshots.middles(frame._number)
     whole = np.concatenate([values, middles])
     return whole if whole.ndim == 1 else np.pad(whole, ((0, 0), (0, 3 - whole.shape[1])))
+
+
+def fibres(run):
+    """The directions of the cells, with three components."""
+    given = run.frames.fibres
+    return np.pad(given, ((0, 0), (0, 3 - given.shape[1])))
 
 
 def read(path):
@@ -89,6 +97,7 @@ def test_vtk_reads_all_of_it(folder, kind, opened):
         assert time == frame.time
         for name in ("potential", "displacement", "activation_time"):
             np.testing.assert_array_equal(grid.point_data[name], nodes(run, frame, name))
+        np.testing.assert_array_equal(grid.cell_data["fibres"], fibres(run))
         exact = frame.grid(quadratic=True)
         np.testing.assert_array_equal(grid.cells, exact.cells)
         np.testing.assert_array_equal(grid.celltypes, exact.celltypes)
@@ -116,6 +125,7 @@ def test_xdmf_names_what_its_file_holds(folder):
         )
         np.testing.assert_allclose(data(grid.find("Geometry/DataItem")), exact.points, atol=1e-7)
         fields = {each.get("Name"): each for each in grid.findall("Attribute")}
+        np.testing.assert_array_equal(data(fields.pop("fibres").find("DataItem")), fibres(run))
         assert set(fields) == {"potential", "displacement", "activation_time"}
         for name, each in fields.items():
             np.testing.assert_array_equal(data(each.find("DataItem")), nodes(run, frame, name))
