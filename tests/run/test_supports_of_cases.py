@@ -101,3 +101,10 @@ def test_wrong_keys(keys, key, words):
         Case.from_dict(changed(**keys))
     assert caught.value.key == key
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("normals", ["smooth", "facets"])
+def test_the_normals_that_a_case_names_are_those_of_its_supports(normals):
+    """mechanics.normals: "normals of robin_normal and damping_normal"."""
+    model = Case.from_dict(changed(normals=normals)).simulation(MPI.COMM_SELF).model
+    assert model.mechanics.supports.normals == normals

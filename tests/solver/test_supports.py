@@ -394,10 +394,11 @@ def test_the_normal_of_a_smooth_part():
 @pytest.mark.parametrize("normals", ["smooth", "facets"])
 def test_a_disc_turns_in_a_support_along_its_normal(normals):
     """A disc that turns by ω moves along its smooth boundary only. By the normals of facets of length ℓ the
-    support keeps k ω² ℓ³/24 for each: u·N = −ω s at a distance s from its middle."""
+    support keeps k ω² ℓ³/24 for each: u·N = −ω s at a distance s from its middle; so do dampers."""
     omega, k = 0.1, 3.0
     body = ms.build(ms.geometry.Ellipse(size=(2.0, 2.0), spacing=0.5), ms.UniformFibres((1.0, 0.0)))
-    supports = ms.Supports(robin_normal={"boundary": k}, normals=normals)
+    springs = {"boundary": k}
+    supports = ms.Supports(robin_normal=springs, damping_normal=springs, normals=normals)
     mechanics = ms.Mechanics(body, kinematics=PlaneStress(), material=NeoHookean(mu=MU), supports=supports)
     mechanics.u.interpolate(lambda x: omega * np.stack([1.0 - x[1], x[0] - 1.0]))
     ((stiffness, parts, outward),) = mechanics.external.springs
@@ -407,3 +408,7 @@ def test_a_disc_turns_in_a_support_along_its_normal(normals):
     lengths = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
     kept = k * omega**2 / 24 * (lengths**3).sum()
     assert energy == pytest.approx(kept if normals == "facets" else 0.0, rel=1e-10, abs=1e-12 * kept)
+    mechanics.motion.weights[0].value = 1.0  # the velocity is now ω times the same
+    ((damping, v, parts),) = mechanics.external.dampers
+    power = fem.assemble_scalar(fem.form(damping / 2 * ufl.inner(v, v) * ds))
+    assert power == pytest.approx(kept if normals == "facets" else 0.0, rel=1e-10, abs=1e-12 * kept)
