@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import myostrain as ms
 from myostrain import InputError
-from myostrain.engine import fem
 from myostrain.geometry import Ventricle
 from myostrain.kinematics import Solid
 from myostrain.output.measures import Measures
@@ -12,8 +11,8 @@ from myostrain.output.segments import KINDS, segment_numbers
 
 import numpy as np
 import pytest
-import ufl
 
+from segment_tools import deformed, prescribed
 from small_cases import ALONE
 
 #: A shell between half spheres: the depth goes along the radius, everywhere.
@@ -22,26 +21,11 @@ SHELL = Ventricle(endocardium=(INNER, INNER), epicardium=(OUTER, OUTER), base=0.
 SEPTUM = (-1.0, 0.0, 0.3)  # what of it is along the axis does not count
 #: Pull along the axis by the one, across it by the other.
 ACROSS, ALONG = 0.9, 1.2
-STRESS = np.array([[2.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 1.0]])
 
 
 @pytest.fixture(scope="module")
 def shell():
-    """The shell, with a displacement and a stress that are prescribed, in the place of its mechanics."""
-    body = ms.build(SHELL, ms.UniformFibres(direction=(0.0, 1.0, 0.0)), ALONE)
-    u = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1, (3,))))
-    nodal = SimpleNamespace(cauchy=ufl.as_matrix(STRESS.tolist()))
-    found = SimpleNamespace(
-        body=body, u=u, kinematics=Solid(bulk_modulus=1.0), nodal=nodal, displacement=lambda: u
-    )
-    found.measures = Measures(found, SEPTUM)
-    return found
-
-
-def deformed(shell, displacement):
-    """Measures by name after a displacement of points (3, n)."""
-    shell.u.interpolate(displacement)
-    return shell.measures.values()
+    return prescribed(SHELL, SEPTUM)
 
 
 def by_segment(values, kind):

@@ -1,12 +1,7 @@
 """Segments of the left one of two ventricles: what is of it, its volumes, and strains in closed form."""
 
-from types import SimpleNamespace
-
-import myostrain as ms
 from myostrain import InputError
-from myostrain.engine import fem
 from myostrain.geometry import Biventricle
-from myostrain.kinematics import Solid
 from myostrain.output.left_ventricle import LeftVentricle
 from myostrain.output.measures import Measures
 
@@ -14,7 +9,7 @@ import numpy as np
 import pytest
 import ufl
 
-from small_cases import ALONE
+from segment_tools import deformed, prescribed
 
 HEART = Biventricle(
     left=(20.0, 20.0, 40.0),
@@ -31,21 +26,7 @@ ANTERIOR, SEPTAL, INFERIOR, LATERAL = (1, 7, 13), (2, 3, 8, 9, 14), (4, 10, 15),
 
 @pytest.fixture(scope="module")
 def heart():
-    """Two ventricles with a displacement that is prescribed, in the place of their mechanics."""
-    body = ms.build(HEART, ms.UniformFibres(direction=(0.0, 1.0, 0.0)), ALONE)
-    u = fem.Function(fem.functionspace(body.mesh, ("Lagrange", 1, (3,))))
-    nodal = SimpleNamespace(cauchy=ufl.as_matrix(np.diag([2.0, 5.0, 1.0]).tolist()))
-    found = SimpleNamespace(
-        body=body, u=u, kinematics=Solid(bulk_modulus=1.0), nodal=nodal, displacement=lambda: u
-    )
-    found.measures = Measures(found, SEPTUM)
-    return found
-
-
-def deformed(heart, displacement):
-    """Measures by name after a displacement of points (3, n)."""
-    heart.u.interpolate(displacement)
-    return heart.measures.values()
+    return prescribed(HEART, SEPTUM)
 
 
 def of(values, kind, numbers):
